@@ -1,0 +1,69 @@
+"""Every error that a user can meet, with the exit code it ends a command with."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+class KnotfemError(Exception):
+    """Base of all errors that carry a message for the user.
+
+    Attributes:
+        exit_code: process exit code of the command that lets the error through.
+    """
+
+    exit_code = 1
+
+
+class InputError(KnotfemError):
+    """A scene, a file or an option is wrong: says where, what was found and what is expected."""
+
+    exit_code = 3
+
+    def __init__(
+        self,
+        problem: str,
+        *,
+        file: str | Path | None = None,
+        key: str | None = None,
+        found: object | None = None,
+        expected: str | None = None,
+    ) -> None:
+        self.problem, self.file, self.key, self.found, self.expected = problem, file, key, found, expected
+        where = ": ".join(str(part) for part in (file, key) if part is not None)
+        message = f"{where}: {problem}" if where else problem
+        if found is not None:
+            message += f"; found {found}"
+        if expected is not None:
+            message += f"; expected {expected}"
+        super().__init__(message)
+
+
+class MissingDependency(KnotfemError):
+    """An optional library or system component is absent; the message names it and its cure."""
+
+    exit_code = 3
+
+
+class NotConverged(KnotfemError):
+    """The equations were not solved within the limits; the best state has been saved."""
+
+    exit_code = 4
+
+
+class KnotLost(KnotfemError):
+    """Strands passed through each other, or a knot that must hold has unravelled."""
+
+    exit_code = 5
+
+
+class Stopped(KnotfemError):
+    """SIGTERM or a time limit ended the run after writing a checkpoint."""
+
+    exit_code = 75
+
+
+class Interrupted(KnotfemError):
+    """Ctrl-C ended the run after writing a checkpoint."""
+
+    exit_code = 130
