@@ -1,0 +1,110 @@
+"""The straight rod: hexahedra extruded from a cross-section, trusses along the axis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isfinite
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knotfem.errors import InputError
+from knotfem.mesh.section import Section, scale_for_bending
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class RodMesh:
+    """A straight rod from 0 to its length along e_z, in mm.
+
+    With n slices and m section nodes, node `i m + k` is node k of section i, and hexahedron `i q + e` is quadrilateral e
+    of slice i.
+
+    Attributes:
+        nodes: reference positions in mm, shape ((n + 1) m, 3).
+        hexes: nodes of each hexahedron, bottom face counter-clockwise seen from +z, then the top face (the order of
+            VTK, Abaqus and Gmsh), slice after slice, shape (n q, 8).
+        core: truss edges between neighbouring axis nodes, shape (n, 2).
+        slices: number of slices n.
+        section: the unit cross-section.
+        radius: physical radius of the rod in mm.
+        node_scale: distance of the boundary nodes from the axis over `radius`.
+    """
+
+    nodes: FloatArray
+    hexes: IntArray
+    core: IntArray
+    slices: int
+    section: Section
+    radius: float
+    node_scale: float
+
+    @property
+    def length(self) -> float:
+        """Length in mm."""
+        return float(self.nodes[-1, 2] - self.nodes[0, 2])
+
+    @property
+    def element_length(self) -> float:
+        """Length of a slice in mm."""
+        return self.length / self.slices
+
+    @property
+    def section_nodes(self) -> IntArray:
+        """Nodes of each section, shape (n + 1, m)."""
+        return np.arange(len(self.nodes)).reshape(self.slices + 1, -1)
+
+    @property
+    def ring_nodes(self) -> IntArray:
+        """Boundary nodes of each section, counter-clockwise from the direction d1, shape (n + 1, k)."""
+        return self.section_nodes[:, self.section.ring]
+
+    @property
+    def axis_nodes(self) -> IntArray:
+        """Nodes on the centreline, shape (n + 1,)."""
+        return self.section_nodes[:, self.section.axis]
+
+    @property
+    def surface(self) -> IntArray:
+        """Quadrilaterals of the whole boundary, normals outwards: side, then the two end faces, shape (n k + 2 q, 4)."""
+        ring = self.ring_nodes
+        ahead = np.roll(ring, -1, axis=1)
+        side = np.stack([ring[:-1], ahead[:-1], ahead[1:], ring[1:]], axis=-1).reshape(-1, 4)
+        last = self.section.quads + self.section_nodes[-1, 0]
+        return np.concatenate([side, self.section.quads[:, ::-1], last])
+
+
+def extrude(section: Section, radius: float, length: float, slices: int, *, match_bending: bool = True) -> RodMesh:
+    """Extrude a cross-section into a straight rod.
+
+    Args:
+        section: the unit cross-section; its x and y become the directions d1 and d2.
+        radius: radius of the rod in mm.
+        length: length of the rod in mm.
+        slices: number of slices of equal length.
+        match_bending: move the boundary nodes outwards until the facetted section's second moment is the circle's
+            pi r^4 / 4; otherwise the nodes lie on the circle itself.
+
+    Raises:
+        InputError: radius or length is not positive and finite, or there are no slices.
+    """
+    for key, value in (("radius", radius), ("length", length)):
+        if not (isfinite(value) and value > 0):
+            raise InputError(
+                f"the {key} of a rod is positive and finite", key=key, found=value, expected="a length in mm"
+            )
+    if slices < 1:
+        raise InputError("a rod has at least one slice", key="slices", found=slices, expected="a positive whole number")
+    m = len(section.points)
+    node_scale = scale_for_bending(section) if match_bending else 1.0
+    nodes = np.empty((slices + 1, m, 3))
+    nodes[:, :, :2] = radius * node_scale * section.points
+    nodes[:, :, 2] = np.linspace(0.0, length, slices + 1)[:, None]
+    first = m * np.arange(slices)
+    bottom = first[:, None, None] + section.quads
+    hexes = np.concatenate([bottom, bottom + m], axis=-1).reshape(-1, 8)
+    start = section.axis + first
+    core = np.column_stack([start, start + m])
+    return RodMesh(nodes.reshape(-1, 3), hexes, core, slices, section, float(radius), node_scale)
