@@ -19,8 +19,8 @@ IntArray = NDArray[np.int64]
 class RodMesh:
     """A straight rod from 0 to its length along e_z, in mm.
 
-    With n slices and m section nodes, node `i m + k` is node k of section i, and hexahedron `i q + e` is quadrilateral e
-    of slice i.
+    With n slices and m section nodes, node `i m + k` is node k of section i, and hexahedron `i q + e` is
+    quadrilateral e of slice i.
 
     Attributes:
         nodes: reference positions in mm, shape ((n + 1) m, 3).
@@ -68,7 +68,7 @@ class RodMesh:
 
     @property
     def surface(self) -> IntArray:
-        """Quadrilaterals of the whole boundary, normals outwards: side, then the two end faces, shape (n k + 2 q, 4)."""
+        """Quadrilaterals of the whole boundary, normals outwards: side, first end, last end, shape (n k + 2 q, 4)."""
         ring = self.ring_nodes
         ahead = np.roll(ring, -1, axis=1)
         side = np.stack([ring[:-1], ahead[:-1], ahead[1:], ring[1:]], axis=-1).reshape(-1, 4)

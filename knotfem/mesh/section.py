@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from knotfem.errors import InputError, MissingDependency
+from knotfem.errors import InputError
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -109,38 +109,28 @@ def read_section(path: str | Path) -> Section:
     """Read a cross-section mesh and verify it.
 
     Args:
-        path: any mesh file that meshio reads, holding the quadrilaterals of a unit disc in the x-y plane.
+        path: Gmsh file (2.2, 4.0 or 4.1, text or binary) holding the quadrilaterals of a unit disc in the x-y plane.
 
     Raises:
         InputError: the file is missing or unreadable, or holds something else than a disc of unit radius meshed by
             quadrilaterals with a node at the origin and boundary nodes at equal angles, the first at angle 0.
-        MissingDependency: meshio is absent.
     """
-    try:
-        import meshio
-    except ImportError as error:
-        raise MissingDependency("reading meshes needs meshio: pip install meshio") from error
+    import meshio
 
     path = Path(path)
     if not path.is_file():
         raise InputError("no such cross-section mesh", file=path)
     try:
-        mesh = meshio.read(path)
-    except (
-        meshio.ReadError,
-        KeyError,
-        ValueError,
-        IndexError,
-        AssertionError,
-        UnicodeDecodeError,
-        SystemExit,
-    ) as error:
-        raise InputError(f"cannot be read as a mesh ({error or 'damaged file'})", file=path) from error
+        mesh = meshio.gmsh.read(path)
+    except Exception as error:
+        raise InputError(f"cannot be read as a Gmsh mesh ({str(error) or 'damaged'})", file=path) from error
     blocks = [block.data for block in mesh.cells if block.type == "quad"]
     if not blocks:
         found = ", ".join(sorted({block.type for block in mesh.cells})) or "no cells"
         raise InputError("a cross-section holds quadrilaterals", file=path, found=found, expected="quad cells")
     quads = np.concatenate(blocks).astype(np.int64)
+    if quads.min() < 0 or quads.max() >= len(mesh.points):
+        raise InputError("a quadrilateral names a node that is not there", file=path)
     if mesh.points.shape[1] > 2 and np.ptp(mesh.points[quads, 2]) > _ON_CIRCLE:
         raise InputError("a cross-section lies in the x-y plane", file=path)
     return _recognise(np.asarray(mesh.points[:, :2], dtype=float), quads, file=path)
@@ -158,12 +148,12 @@ def write_section(section: Section, path: str | Path) -> None:
     edges = np.column_stack([section.ring, np.roll(section.ring, -1)])
     points = np.column_stack([section.points, np.zeros(len(section.points))])
     cells = [("quad", section.quads), ("line", edges), ("vertex", np.array([[section.axis]]))]
-    tags = [np.full(len(block), tag, dtype=np.int32) for tag, (_, block) in enumerate(cells, start=1)]
+    tags: list[ArrayLike] = [np.full(len(block), tag, dtype=np.int32) for tag, (_, block) in enumerate(cells, start=1)]
     names = {"section": np.array([1, 2]), "ring": np.array([2, 1]), "axis": np.array([3, 0])}
     mesh = meshio.Mesh(
         points,
         cells,
-        cell_data={"gmsh:physical": tags, "gmsh:geometrical": [tag.copy() for tag in tags]},
+        cell_data={"gmsh:physical": tags, "gmsh:geometrical": list(tags)},
         field_data=names,
     )
     mesh.write(path, file_format="gmsh22", binary=False)
