@@ -1,0 +1,1 @@
+"""Shipped scenes, found through `knotfem.shipped`."""

@@ -1,0 +1,91 @@
+"""The one module that finds the scenes, centrelines and cross-sections that travel with the program."""
+
+from __future__ import annotations
+
+import difflib
+from importlib.resources import files
+from pathlib import Path
+
+from knotfem.errors import InputError
+
+
+def _folder(package: str) -> Path:
+    try:
+        return Path(str(files(package)))
+    except ModuleNotFoundError:
+        raise InputError(
+            f"the package {package} is missing: install knotfem with pip (pip install -e . in a checkout)"
+        ) from None
+
+
+def _names(folder: Path, pattern: str) -> dict[str, Path]:
+    return {path.relative_to(folder).with_suffix("").as_posix(): path for path in sorted(folder.rglob(pattern))}
+
+
+def _scenes() -> dict[str, Path]:
+    return _names(_folder("knotfem_data.configs"), "*.toml")
+
+
+def _centerlines() -> dict[str, Path]:
+    return _names(_folder("knotfem_data.meshes") / "centrelines", "*.csv")
+
+
+def _sections() -> dict[int, Path]:
+    folder = _folder("knotfem_data.meshes") / "sections"
+    found = {int(path.stem.removeprefix("section_")): path for path in folder.glob("section_*.msh")}
+    return dict(sorted(found.items()))
+
+
+def _pick(kind: str, name: str, known: dict[str, Path]) -> Path:
+    if name in known:
+        return known[name]
+    close = difflib.get_close_matches(name, known, n=1)
+    hint = f"did you mean {close[0]}? " if close else ""
+    raise InputError(f"no shipped {kind} has this name", found=f'"{name}"', expected=f"{hint}one of {', '.join(known)}")
+
+
+def scene_names() -> list[str]:
+    """Names of the shipped scenes, such as "bowline" or "hard/...", sorted."""
+    return list(_scenes())
+
+
+def centerline_names() -> list[str]:
+    """Names of the shipped centrelines, sorted."""
+    return list(_centerlines())
+
+
+def section_counts() -> list[int]:
+    """Element counts of the ready-made cross-sections, ascending."""
+    return list(_sections())
+
+
+def scene_path(name: str) -> Path:
+    """File of a shipped scene.
+
+    Raises:
+        InputError: no such scene; the message lists the names.
+    """
+    return _pick("scene", name, _scenes())
+
+
+def centerline_path(name: str) -> Path:
+    """File of a shipped centreline.
+
+    Raises:
+        InputError: no such centreline; the message lists the names.
+    """
+    return _pick("centreline", name, _centerlines())
+
+
+def section_path(count: int) -> Path:
+    """File of the ready-made cross-section with `count` quadrilaterals.
+
+    Raises:
+        InputError: no such section; the message lists the counts.
+    """
+    known = _sections()
+    if count not in known:
+        raise InputError(
+            "no ready-made cross-section", found=count, expected=f"one of {', '.join(map(str, known))} elements"
+        )
+    return known[count]

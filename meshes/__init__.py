@@ -1,0 +1,1 @@
+"""Shipped knot centrelines and cross-section meshes, found through `knotfem.shipped`."""
