@@ -1,0 +1,199 @@
+"""Curves of a run on paper: force, tension, stretch while tying (matplotlib, no display needed)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from knotfem.errors import InputError, MissingDependency
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+FloatArray = NDArray[np.float64]
+Table = Mapping[str, ArrayLike] | Sequence[Mapping[str, Any]]
+
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+SUFFIXES = (".png", ".pdf", ".svg")
+_STYLE: Any = {
+    "font.size": 9,
+    "axes.labelsize": 10,
+    "axes.linewidth": 0.8,
+    "axes.xmargin": 0.0,
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+    "ytick.right": True,
+    "legend.frameon": False,
+    "legend.fontsize": 8,
+    "lines.linewidth": 1.4,
+    "savefig.dpi": 200,
+    "svg.fonttype": "none",
+    "pdf.fonttype": 42,
+}
+
+
+def plot_force(curves: Mapping[str, Table], out: str | Path, *, radius: float, title: str | None = None) -> None:
+    """Draw force against displacement of the pulled end.
+
+    Args:
+        curves: tables with the columns `displacement_mm` and `force_N` (of force.csv), by label.
+        out: file to write (.png, .pdf, .svg).
+        radius: radius of the rod in mm; displacement is drawn in radii below and in mm above.
+        title: heading.
+
+    Raises:
+        InputError: a column or the format is unknown, or the file cannot be written.
+    """
+    with _axes(out, title) as axes:
+        for colour, (label, table) in zip(_colours(curves), curves.items(), strict=True):
+            displacement, force = _column(table, "displacement_mm"), _column(table, "force_N")
+            axes.plot(displacement / radius, force, color=colour, label=label or None)
+        axes.set(xlabel=r"displacement $\delta / r$", ylabel=r"force $F$ (N)")
+        axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
+        above = axes.secondary_xaxis("top", functions=(lambda x: x * radius, lambda x: x / radius))
+        above.set_xlabel(r"$\delta$ (mm)")
+        _legend(axes)
+
+
+def plot_tension(
+    curves: Mapping[str, Table],
+    out: str | Path,
+    *,
+    applied: float,
+    levels: Sequence[float] = (),
+    drops: Sequence[tuple[float, float]] = (),
+    title: str | None = None,
+) -> None:
+    """Draw the tension along the centreline.
+
+    One table is drawn in all its parts: nodal forces across each section, the integral of stresses, and core and bulk
+    apart. Several are drawn by their nodal forces.
+
+    Args:
+        curves: tables with the columns `s_over_L`, `tension_N`, `core_N` and `bulk_N` (of tension.csv), by label.
+        out: file to write (.png, .pdf, .svg).
+        applied: force T0 at the loading end in N, the unit of the vertical axis.
+        levels: expected levels of T/T0, drawn dashed (plateau, tail load).
+        drops: intervals of s/L in which a drop is expected, shaded.
+        title: heading.
+
+    Raises:
+        InputError: a column or the format is unknown, or the file cannot be written.
+    """
+    with _axes(out, title) as axes:
+        for start, end in drops:
+            axes.axvspan(start, end, color="0.93", lw=0)
+        for level in levels:
+            axes.axhline(level, color="0.5", lw=0.8, ls="--")
+        for colour, (label, table) in zip(_colours(curves), curves.items(), strict=True):
+            s, tension = _column(table, "s_over_L"), _column(table, "tension_N") / applied
+            axes.plot(s, tension, color=colour, label=label or "nodal forces", zorder=3)
+            if len(curves) == 1:
+                core, bulk = _column(table, "core_N") / applied, _column(table, "bulk_N") / applied
+                every = max(1, len(s) // 60)
+                style: dict[str, Any] = {"ls": "none", "marker": "o", "ms": 3.2, "mfc": "none", "mew": 0.8, "zorder": 4}
+                axes.plot(s[::every], (core + bulk)[::every], color="k", label="stresses", **style)
+                axes.plot(s, core, color=COLOURS[1], lw=0.9, label="core")
+                axes.plot(s, bulk, color=COLOURS[2], lw=0.9, label="bulk")
+        axes.set(xlabel=r"arclength $s / L$", ylabel=r"tension $T / T_0$", xlim=(0, 1))
+        _legend(axes)
+
+
+def plot_stretch(
+    arclength: FloatArray,
+    stretch_by_time: FloatArray,
+    times: FloatArray,
+    out: str | Path,
+    *,
+    threshold: float | None = None,
+    title: str | None = None,
+) -> None:
+    """Draw the centreline stretch against arclength, coloured by mapping time (figure 2b of the paper).
+
+    Args:
+        arclength: s/L of each stretch, from 0 to 1, shape (n,).
+        stretch_by_time: stretch lambda, shape (times, n).
+        times: mapping times, from 0 to 1, shape (times,).
+        out: file to write (.png, .pdf, .svg).
+        threshold: bound on |lambda - 1|, drawn dashed.
+        title: heading.
+
+    Raises:
+        InputError: the format is unknown or the file cannot be written.
+        ValueError: the shapes do not agree.
+    """
+    shape = (len(times), len(arclength))
+    if np.shape(stretch_by_time) != shape:
+        raise ValueError(f"stretch has shape {np.shape(stretch_by_time)}, expected {shape}")
+    with _axes(out, title, width=4.2) as axes:
+        from matplotlib.collections import LineCollection
+
+        lines = [np.column_stack([arclength, stretch]) for stretch in stretch_by_time]
+        drawn = LineCollection(lines, array=np.asarray(times), cmap="viridis", linewidths=0.9)
+        drawn.set_clim(0.0, 1.0)
+        axes.add_collection(drawn)
+        axes.autoscale_view()
+        if threshold is not None:
+            for level in (1 - threshold, 1 + threshold):
+                axes.axhline(level, color="0.4", lw=0.8, ls="--")
+        figure = axes.get_figure()
+        assert figure is not None
+        figure.colorbar(drawn, ax=axes, label=r"mapping time $t^m$", pad=0.02)
+        axes.set(xlabel=r"arclength $\tilde{s} = s / L$", ylabel=r"stretch $\lambda$", xlim=(0, 1))
+
+
+@contextmanager
+def _axes(out: str | Path, title: str | None, *, width: float = 3.6) -> Iterator[Axes]:
+    """Axes of a one-column figure, saved under a temporary name and renamed."""
+    out = Path(out)
+    if out.suffix.lower() not in SUFFIXES:
+        raise InputError(
+            "no such picture format", file=out, found=out.suffix or "no suffix", expected=", ".join(SUFFIXES)
+        )
+    try:
+        from matplotlib import rc_context
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+    except ImportError as error:
+        raise MissingDependency(f"plots need matplotlib ({error}): pip install matplotlib") from error
+
+    temporary = out.with_name(f".{out.name}.part")
+    with rc_context(_STYLE):
+        figure = Figure(figsize=(width, 2.8), layout="constrained")
+        FigureCanvasAgg(figure)
+        axes = figure.add_subplot()
+        axes.grid(True, lw=0.4, color="0.9")
+        axes.set_axisbelow(True)
+        yield axes
+        if title:
+            axes.set_title(title, fontsize=10)
+        try:
+            figure.savefig(temporary, format=out.suffix[1:].lower())
+            temporary.replace(out)
+        except OSError as error:
+            raise InputError(f"cannot be written ({error.strerror or error})", file=out) from error
+        finally:
+            temporary.unlink(missing_ok=True)
+
+
+def _column(table: Table, name: str) -> FloatArray:
+    try:
+        values = table[name] if isinstance(table, Mapping) else [row[name] for row in table]
+    except KeyError:
+        has = table if isinstance(table, Mapping) else table[0]
+        raise InputError("no such column in the table", key=name, found=", ".join(has)) from None
+    return np.asarray(values, dtype=np.float64)
+
+
+def _colours(curves: Mapping[str, Table]) -> list[str]:
+    return [COLOURS[i % len(COLOURS)] for i in range(len(curves))]
+
+
+def _legend(axes: Axes) -> None:
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend()
