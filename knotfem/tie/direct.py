@@ -1,0 +1,77 @@
+"""No path at all: the straight rod, then the knot, for solvers that tie in one shot from a swept state."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from knotfem.errors import InputError
+from knotfem.tie.direction import resolve_direction
+from knotfem.tie.path import Array, check_target, mean_chord, polyline_stretch, straight_rod
+
+
+@dataclass(frozen=True, kw_only=True)
+class DirectPath:
+    """Only t = 0 and t = 1 exist.
+
+    Attributes:
+        straight: the straight rod, shape (n + 1, 3), mm.
+        target: the knot, shape (n + 1, 3), mm.
+        direction: unit vector E of the straight rod, shape (3,).
+        kind: name of the mapping.
+    """
+
+    straight: Array
+    target: Array
+    direction: Array
+    kind: str = "direct"
+
+    @property
+    def chord(self) -> float:
+        """Edge length h of the straight rod, mm."""
+        return mean_chord(self.target)
+
+    def at(self, t: float) -> Array:
+        """Returns the straight rod at t = 0, the knot at t = 1, shape (n + 1, 3), mm.
+
+        Raises:
+            InputError: any other mapping time.
+        """
+        if t not in (0.0, 1.0):
+            raise InputError("the direct path has no intermediate states", found=t, expected="mapping time 0 or 1")
+        return (self.straight if t == 0.0 else self.target).copy()
+
+    def stretch(self, t: float) -> Array:
+        """Returns edge length over h at t = 0 or t = 1, shape (n,)."""
+        return polyline_stretch(self.at(t), self.chord)
+
+    def describe(self) -> dict[str, Any]:
+        """Returns the direction and the extreme stretches of the knot itself."""
+        stretch = self.stretch(1.0)
+        return {
+            "kind": self.kind,
+            "direction": self.direction.tolist(),
+            "min_stretch": float(stretch.min()),
+            "max_stretch": float(stretch.max()),
+            "max_stretch_deviation": float(abs(stretch - 1.0).max()),
+        }
+
+
+def direct_path(
+    target: ArrayLike, *, direction: str | ArrayLike = (0.0, 0.0, 1.0), start: ArrayLike | None = (0.0, 0.0, 0.0)
+) -> DirectPath:
+    """Pairs the straight rod with the knot.
+
+    Args:
+        target: vertices of the knotted centreline, shape (n + 1, 3), mm.
+        direction: of the straight rod, or "best".
+        start: place of the straight rod's first vertex, shape (3,), mm; None puts its middle at the target's centroid.
+
+    Raises:
+        InputError: the target, direction or start makes no sense.
+    """
+    points = check_target(target)
+    unit = resolve_direction(direction, points)
+    return DirectPath(straight=straight_rod(points, unit, start), target=points, direction=unit)

@@ -1,0 +1,72 @@
+"""The paper's counter-example: every vertex goes straight from the rod to the knot, and edges collapse on the way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from knotfem.tie.direction import resolve_direction
+from knotfem.tie.extremes import stretch_range
+from knotfem.tie.path import Array, check_target, check_time, mean_chord, polyline_stretch, straight_rod
+
+
+@dataclass(frozen=True, kw_only=True)
+class LinearPath:
+    """x_i(t) = X_i + t u_i (paper, appendix A).
+
+    Attributes:
+        straight: X, the straight rod, shape (n + 1, 3), mm.
+        target: x = X + u, shape (n + 1, 3), mm.
+        direction: unit vector E of the straight rod, shape (3,).
+        kind: name of the mapping.
+    """
+
+    straight: Array
+    target: Array
+    direction: Array
+    kind: str = "linear"
+
+    @property
+    def chord(self) -> float:
+        """Edge length h of the straight rod, mm."""
+        return mean_chord(self.target)
+
+    def at(self, t: float) -> Array:
+        """Returns the centreline vertices at mapping time t, shape (n + 1, 3), mm."""
+        t = check_time(t)
+        return (1.0 - t) * self.straight + t * self.target
+
+    def stretch(self, t: float) -> Array:
+        """Returns edge length over h at mapping time t, shape (n,)."""
+        return polyline_stretch(self.at(t), self.chord)
+
+    def describe(self) -> dict[str, Any]:
+        """Returns the direction and the exact extreme stretches over all times."""
+        edges = np.diff(self.target, axis=0) / self.chord
+        return {
+            "kind": self.kind,
+            "direction": self.direction.tolist(),
+            **stretch_range(self.direction, edges, np.zeros_like(edges)),
+        }
+
+
+def linear_path(
+    target: ArrayLike, *, direction: str | ArrayLike = (0.0, 0.0, 1.0), start: ArrayLike | None = (0.0, 0.0, 0.0)
+) -> LinearPath:
+    """Interpolates linearly between the straight rod X_i = i h e_z, where the paper has it, and the knot.
+
+    Args:
+        target: vertices of the knotted centreline, shape (n + 1, 3), mm.
+        direction: of the straight rod, or "best": the one whose largest angle to the target's edges is smallest, which
+            compresses least, since the stretch half-way is cos(angle / 2).
+        start: place of the straight rod's first vertex, shape (3,), mm; None puts its middle at the target's centroid.
+
+    Raises:
+        InputError: the target, direction or start makes no sense.
+    """
+    points = check_target(target)
+    unit = resolve_direction(direction, points)
+    return LinearPath(straight=straight_rod(points, unit, start), target=points, direction=unit)

@@ -1,0 +1,169 @@
+"""The paper's mapping: temporary displacements, polynomial in arclength, keep the centreline from stretching."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.polynomial.legendre import legvander
+from numpy.typing import ArrayLike
+
+from knotfem.errors import InputError, NotConverged
+from knotfem.tie.direction import candidate_directions
+from knotfem.tie.extremes import stretch_range
+from knotfem.tie.minimax import Minimax
+from knotfem.tie.path import (
+    Array,
+    check_direction,
+    check_target,
+    check_time,
+    mean_chord,
+    polyline_stretch,
+    straight_rod,
+)
+
+_STARTS = 4
+
+
+@dataclass(frozen=True, kw_only=True)
+class PolynomialPath:
+    """x_i(t) = (1 - t) X_i + t x_i + t (1 - t) v_i, the paper's M_i(t) = t u_i + t (1 - t) v_i (eq. "mapping").
+
+    Attributes:
+        straight: X, the straight rod, shape (n + 1, 3), mm.
+        target: x, shape (n + 1, 3), mm.
+        temporary: v, shape (n + 1, 3), mm.
+        coefficients: v_i = sum_j coefficients[j] P_j(2 i / n - 1), Legendre polynomials, shape (p + 1, 3), mm.
+        direction: unit vector E of the straight rod, shape (3,).
+        search: how the coefficients were found, fit for JSON.
+        kind: name of the mapping.
+    """
+
+    straight: Array
+    target: Array
+    temporary: Array
+    coefficients: Array
+    direction: Array
+    search: dict[str, Any]
+    kind: str = "polynomial"
+
+    @property
+    def chord(self) -> float:
+        """Edge length h of the straight rod, mm."""
+        return mean_chord(self.target)
+
+    def at(self, t: float) -> Array:
+        """Returns the centreline vertices at mapping time t, shape (n + 1, 3), mm."""
+        t = check_time(t)
+        return (1.0 - t) * self.straight + t * self.target + t * (1.0 - t) * self.temporary
+
+    def stretch(self, t: float) -> Array:
+        """Returns edge length over h at mapping time t, shape (n,)."""
+        return polyline_stretch(self.at(t), self.chord)
+
+    def describe(self) -> dict[str, Any]:
+        """Returns direction, degree, coefficients, exact extreme stretches over all times, and the search."""
+        h = self.chord
+        edges, bump = np.diff(self.target, axis=0) / h, np.diff(self.temporary, axis=0) / h
+        return {
+            "kind": self.kind,
+            "direction": self.direction.tolist(),
+            "degree": len(self.coefficients) - 1,
+            "coefficients_mm": self.coefficients.tolist(),
+            **stretch_range(self.direction, edges, bump),
+            **self.search,
+        }
+
+
+def polynomial_path(
+    target: ArrayLike,
+    *,
+    degree: int = 8,
+    threshold: float = 0.3,
+    refine: bool = False,
+    direction: Literal["best"] | ArrayLike = "best",
+    start: ArrayLike | None = None,
+) -> PolynomialPath:
+    """Optimises temporary displacements on max |lambda - 1| over all edges and all mapping times.
+
+    The paper bounds |Lambda_max - 1|, which sees no compression; this bounds both. Descent begins at the half-way
+    shape of the inextensible tie, from several directions, and is deterministic.
+
+    Args:
+        target: vertices of the knotted centreline, shape (n + 1, 3), mm.
+        degree: p of the temporary displacement.
+        threshold: largest |lambda - 1| allowed.
+        refine: go on to the minimum instead of stopping at the threshold.
+        direction: of the straight rod, or "best" to optimise it too.
+        start: place of the straight rod's first vertex, shape (3,), mm; by default its middle lies at the target's
+            centroid. It has no influence on the stretch.
+
+    Raises:
+        InputError: the target, degree, threshold or direction makes no sense.
+        NotConverged: the threshold is out of reach; the message says what was reached.
+    """
+    began = time.perf_counter()
+    points = check_target(target)
+    n, h = len(points) - 1, mean_chord(points)
+    if isinstance(degree, bool) or not isinstance(degree, int | np.integer) or not 1 <= degree <= min(n, 40):
+        raise InputError(
+            "wrong degree of the temporary displacement", found=degree, expected=f"an integer, 1 to {min(n, 40)}"
+        )
+    if not 0.0 < threshold < np.inf:
+        raise InputError("wrong stretch threshold", found=threshold, expected="a positive number")
+    edges = np.diff(points, axis=0) / h
+    lengths = np.linalg.norm(edges, axis=1)
+    if np.abs(lengths - 1.0).max() >= threshold:
+        raise InputError(
+            "the target's own chords differ by more than the stretch threshold",
+            found=f"{lengths.min():.4g} to {lengths.max():.4g} of their mean",
+            expected=f"within {threshold:g}: resample by equal chords",
+        )
+    legendre = legvander(np.linspace(-1.0, 1.0, n + 1), degree)
+    basis, triangle = np.linalg.qr(np.diff(legendre[:, 1:], axis=0))
+    free = isinstance(direction, str)
+    if free and direction != "best":
+        raise InputError("wrong direction of the straight rod", found=direction, expected="'best' or three numbers")
+    problem = Minimax(edges, basis, free, 0.0 if refine else threshold)
+    halfway = list(candidate_directions(edges / lengths[:, None], _STARTS))
+    if free:
+        guesses = [problem.first_guess(towards, towards) for towards in halfway]
+    else:
+        given = check_direction(direction)
+        guesses = [problem.first_guess(given, towards) for towards in (given, *halfway)]
+    guesses.sort(key=lambda guess: guess.deviation)
+    best = guesses[0]
+    tried = 0
+    for guess in guesses:
+        if best.deviation < problem.threshold:
+            break
+        tried += 1
+        reached = problem.descend(guess)
+        if refine or reached.deviation >= threshold:
+            reached = problem.polish(reached)
+        best = min(best, reached, key=lambda shape: shape.deviation)
+    if best.deviation >= threshold:
+        raise NotConverged(
+            f"temporary displacements of degree {degree} keep max |lambda - 1| at {best.deviation:.4g}, "
+            f"not under the threshold {threshold:g}, from {tried} starts; a higher degree, the direction 'best' or the "
+            "inextensible path helps"
+        )
+    coefficients = np.zeros((degree + 1, 3))
+    coefficients[1:] = np.linalg.solve(triangle, best.weights) * h
+    coefficients[0] = -(legendre[:, 1:] @ coefficients[1:]).mean(axis=0)
+    return PolynomialPath(
+        straight=straight_rod(points, best.direction, start),
+        target=points,
+        temporary=legendre @ coefficients,
+        coefficients=coefficients,
+        direction=best.direction,
+        search={
+            "threshold": float(threshold),
+            "refined": bool(refine),
+            "direction_optimised": free,
+            "descents": tried,
+            "seconds": time.perf_counter() - began,
+        },
+    )

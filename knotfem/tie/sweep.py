@@ -1,0 +1,117 @@
+"""The swept state: cross-sections carried on a centreline, close to the equilibrium of the bent solid."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from knotfem.errors import InputError
+from knotfem.tie.path import Array, check_target
+
+
+def frame_curvature(points: ArrayLike, frames: ArrayLike) -> Array:
+    """Returns the components (k1, k2) of the curvature vector dt/ds = k1 d1 + k2 d2 of a polyline.
+
+    For chords of a circle the inner vertices are exact; the end sections take their neighbour's components.
+
+    Args:
+        points: centreline vertices, shape (n + 1, 3), mm.
+        frames: rows d1, d2, t of every vertex, shape (n + 1, 3, 3).
+
+    Returns:
+        Shape (n + 1, 2), 1/mm.
+
+    Raises:
+        InputError: wrong shapes, coinciding vertices, frames that are not right-handed and orthonormal.
+    """
+    vertices = check_target(points)
+    axes = _check_frames(frames, len(vertices))
+    edges = np.diff(vertices, axis=0)
+    lengths = np.linalg.norm(edges, axis=1)
+    tangents = edges / lengths[:, None]
+    turn = np.diff(tangents, axis=0) / (0.5 * (lengths[1:] + lengths[:-1]))[:, None]
+    components = np.empty((len(vertices), 2))
+    components[1:-1] = np.einsum("ia,ika->ik", turn, axes[1:-1, :2])
+    components[0], components[-1] = components[1], components[-2]
+    return components
+
+
+def swept_state(
+    points: ArrayLike,
+    frames: ArrayLike,
+    section_points: ArrayLike,
+    poisson: float = 0.5,
+    curvature: ArrayLike | None = None,
+    stretch: ArrayLike | None = None,
+) -> Array:
+    """Carries a cross-section along a centreline, with the leading-order lateral strains of bending and stretch.
+
+    Bending strains the fibre at (x, y) by -(k1 x + k2 y), so the section swells there by nu (k1 x + k2 y) in both
+    directions without shear: the anticlastic correction
+    u_x = nu (k1 (x^2 - y^2) / 2 + k2 x y), u_y = nu (k1 x y + k2 (y^2 - x^2) / 2).
+    A stretch lambda first scales the section by lambda^-nu. A node at (0, 0) lies exactly on the centreline.
+
+    Args:
+        points: centreline vertices, shape (n + 1, 3), mm.
+        frames: rows d1, d2, t of every vertex, shape (n + 1, 3, 3); rotation-minimising for a rod without twist.
+        section_points: nodes of the section in (d1, d2), shape (m, 2), mm.
+        poisson: Poisson's ratio nu, 0.5 for an incompressible rod; 0 carries the sections rigidly.
+        curvature: k1, k2 of every vertex, shape (n + 1, 2), 1/mm; by default `frame_curvature`.
+        stretch: lambda of every edge, shape (n,); by default 1.
+
+    Returns:
+        Positions, shape (n + 1, m, 3), mm.
+
+    Raises:
+        InputError: wrong shapes, values that are not finite, frames that are not right-handed and orthonormal, or a
+            curvature at which neighbouring sections cut each other.
+    """
+    vertices = check_target(points)
+    count = len(vertices)
+    axes = _check_frames(frames, count)
+    section = _check_shape("section_points", section_points, (None, 2))
+    if not -1.0 < poisson <= 0.5:
+        raise InputError("wrong Poisson's ratio", found=poisson, expected="-1 < nu <= 0.5")
+    k = frame_curvature(vertices, axes) if curvature is None else _check_shape("curvature", curvature, (count, 2))
+    lateral = np.ones(count)
+    if stretch is not None:
+        edges = _check_shape("stretch", stretch, (count - 1,))
+        if edges.min() <= 0.0:
+            raise InputError("a stretch is not positive", found=edges.min())
+        lateral = np.concatenate([edges[:1], 0.5 * (edges[1:] + edges[:-1]), edges[-1:]]) ** -poisson
+    x, y = lateral[:, None] * section[:, 0], lateral[:, None] * section[:, 1]
+    k1, k2 = k[:, :1], k[:, 1:]
+    shortening = k1 * x + k2 * y
+    if shortening.max() >= 1.0:
+        vertex = int(shortening.max(axis=1).argmax())
+        raise InputError(
+            f"the centreline is curved so sharply at vertex {vertex} that neighbouring sections cut each other",
+            found=f"curvature {np.hypot(*k[vertex]):.4g} 1/mm, {shortening.max():.3g} of the limit",
+            expected="a radius of curvature larger than the rod's radius",
+        )
+    across = x + poisson * (0.5 * k1 * (x * x - y * y) + k2 * x * y)
+    along = y + poisson * (k1 * x * y + 0.5 * k2 * (y * y - x * x))
+    return vertices[:, None] + across[:, :, None] * axes[:, None, 0] + along[:, :, None] * axes[:, None, 1]
+
+
+def _check_shape(name: str, values: ArrayLike, shape: tuple[int | None, ...]) -> Array:
+    array = np.asarray(values, dtype=float)
+    fits = array.ndim == len(shape) and all(want in (None, have) for want, have in zip(shape, array.shape, strict=True))
+    if not fits:
+        expected = ", ".join("m" if size is None else str(size) for size in shape)
+        raise InputError(f"wrong shape of {name}", found=array.shape, expected=f"({expected})")
+    if not np.isfinite(array).all():
+        raise InputError(f"{name} holds values that are not finite")
+    return array
+
+
+def _check_frames(frames: ArrayLike, count: int) -> Array:
+    axes = _check_shape("frames", frames, (count, 3, 3))
+    worst = np.abs(axes @ axes.transpose(0, 2, 1) - np.eye(3)).max()
+    if worst > 1e-6 or np.linalg.det(axes).min() < 0.0:
+        raise InputError(
+            "the frames are not right-handed and orthonormal",
+            found=f"deviation {worst:.3g}, smallest determinant {np.linalg.det(axes).min():.3g}",
+            expected="rows d1, d2, t with t = d1 x d2",
+        )
+    return axes
