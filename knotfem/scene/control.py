@@ -1,0 +1,65 @@
+"""How a scene is computed: the mapping, the solver, what is written."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from knotfem.scene.quantity import PositiveDuration, PositiveForce, PositiveLength
+from knotfem.scene.table import Flag, Integer, Number, Table
+
+
+class Tie(Table):
+    """The mapping of the straight rod into the knot.
+
+    Attributes:
+        path: "polynomial" adds optimised temporary displacements, "linear" none, "inextensible" turns the tangents on
+            great circles, "direct" maps in one increment.
+        degree: of the temporary displacements.
+        threshold: largest |lambda - 1| to aim at.
+        optimise_direction: choose the straight rod's direction too; without, it lies along z.
+        increments: of the mapping.
+    """
+
+    path: Literal["polynomial", "linear", "inextensible", "direct"] = "polynomial"
+    degree: Annotated[Integer, Field(ge=2, le=20)] = 8
+    threshold: Annotated[Number, Field(gt=0.0, lt=1.0)] = 0.3
+    optimise_direction: Flag = True
+    increments: Annotated[Integer, Field(ge=1)] = 10
+
+
+class Solver(Table):
+    """Newton's method and its linear systems.
+
+    Attributes:
+        linear: "auto" takes PARDISO where it is there and SuperLU elsewhere, and records which.
+        force_tolerance: largest out-of-balance nodal force [N].
+        max_iterations: Newton iterations of one step.
+        max_cutbacks: how often in a row a failed step is shortened.
+        threads: 0 for as many as there are.
+        time_limit: wall time after which the run stops with a checkpoint [s], or none.
+    """
+
+    linear: Literal["auto", "pardiso", "superlu"] = "auto"
+    force_tolerance: PositiveForce = 1e-5
+    max_iterations: Annotated[Integer, Field(ge=1)] = 30
+    max_cutbacks: Annotated[Integer, Field(ge=0)] = 12
+    threads: Annotated[Integer, Field(ge=0)] = 0
+    time_limit: PositiveDuration | None = None
+
+
+class Output(Table):
+    """What a run writes and how often.
+
+    Attributes:
+        fields: whether to write the time series for ParaView.
+        every_displacement: between fields and tension profiles while an end is driven [mm].
+        every_time: between them in other steps [s].
+        checkpoint_every: wall time between checkpoints [s].
+    """
+
+    fields: Flag = True
+    every_displacement: PositiveLength = 3.0
+    every_time: PositiveDuration = 1.0
+    checkpoint_every: PositiveDuration = 60.0

@@ -1,0 +1,105 @@
+"""What acts on the rods of a scene: obstacles, contact, gravity, drag, inertia."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from knotfem.scene.quantity import Acceleration, PositiveLength, Rate
+from knotfem.scene.table import Direction, Flag, Friction, Name, Number, Point, Table
+
+Positive = Annotated[Number, Field(gt=0.0)]
+
+
+class Cylinder(Table):
+    """A rigid circular cylinder without ends.
+
+    Attributes:
+        name: for pairs.
+        kind: always "cylinder".
+        diameter: [mm].
+        point: any point of its axis [mm].
+        axis: direction, of any length.
+        friction: Coulomb coefficient against every rod, unless a pair says otherwise.
+    """
+
+    name: Name = "cylinder"
+    kind: Literal["cylinder"] = "cylinder"
+    diameter: PositiveLength
+    point: Point = (0.0, 0.0, 0.0)
+    axis: Direction
+    friction: Friction
+
+
+class Pair(Table):
+    """Friction of one pair of surfaces.
+
+    Attributes:
+        between: two names, of rods or of a rod and an obstacle; twice the same rod is its self-contact.
+        friction: Coulomb coefficient.
+    """
+
+    between: tuple[Name, Name]
+    friction: Friction
+
+
+class Contact(Table):
+    """Contact between rods, of a rod with itself and with obstacles.
+
+    The constants of the penalty are given in units of the rod, so that a scaled rod behaves alike.
+
+    Attributes:
+        enabled: whether surfaces touch at all.
+        friction: Coulomb coefficient of rod on rod.
+        pairs: pairs that differ from it.
+        stiffness_over_modulus: penalty stiffness [MPa/mm] in units of E/d; 48 is 8 E per mm at d = 6 mm.
+        ramp_over_diameter: overlap over which the pressure rises smoothly.
+        stick_over_diameter: tangential displacement at which friction is fully mobilised.
+        sample_spacing_over_diameter: largest distance between the points of a surface that are looked at.
+    """
+
+    enabled: Flag = True
+    friction: Friction = 0.33
+    pairs: tuple[Pair, ...] = ()
+    stiffness_over_modulus: Positive = 48.0
+    ramp_over_diameter: Positive = 1.0 / 30.0
+    stick_over_diameter: Positive = 1.0 / 60.0
+    sample_spacing_over_diameter: Positive = 0.125
+
+
+class Gravity(Table):
+    """Weight.
+
+    Attributes:
+        acceleration: [mm/s^2].
+        direction: of any length.
+    """
+
+    acceleration: Acceleration
+    direction: Direction = (0.0, 0.0, -1.0)
+
+
+class Drag(Table):
+    """Viscous drag on the mass.
+
+    Attributes:
+        rate: drag force over momentum [1/s].
+    """
+
+    rate: Rate
+
+
+class Inertia(Table):
+    """Time integration.
+
+    Attributes:
+        scheme: "quasi-static" is backward Euler that starts every step from rest; "hht" and "generalised-alpha" keep
+            the energy of slow motions.
+        hht_alpha: numerical damping of "hht", 0 for none.
+        spectral_radius: at infinite frequency, of "generalised-alpha", 1 for no damping.
+    """
+
+    scheme: Literal["quasi-static", "backward-euler", "hht", "generalised-alpha"] = "quasi-static"
+    hht_alpha: Annotated[Number, Field(ge=-0.5, le=0.0)] = -0.05
+    spectral_radius: Annotated[Number, Field(ge=0.0, le=1.0)] = 0.8

@@ -1,0 +1,116 @@
+"""Read a scene: a TOML file or a shipped name, with overrides from the command line."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from knotfem import shipped
+from knotfem.errors import InputError
+from knotfem.scene.model import Scene
+from knotfem.scene.rods import CURVE_SUFFIXES
+from knotfem.scene.table import input_error
+
+
+def load_scene(source: str | Path, overrides: Sequence[str] = ()) -> Scene:
+    """Read and validate a scene.
+
+    Args:
+        source: a shipped name or a TOML file.
+        overrides: `key.path=value` with list indices, such as "rods.0.length=500 mm"; the value is TOML, or text
+            where it is not TOML; the bare word none removes a key.
+
+    Raises:
+        InputError: no such scene, broken TOML, or the first key that is wrong.
+    """
+    name = str(source)
+    path = shipped.scene_path(name) if name in shipped.scene_names() else Path(name)
+    if path.suffix != ".toml" and not path.exists():
+        path = shipped.scene_path(name)
+    tables = read_toml(path)
+    tables.setdefault("name", re.sub(r"[^A-Za-z0-9_.-]+", "-", path.stem))
+    _make_absolute(tables, path.parent)
+    for override in overrides:
+        _override(tables, override)
+    _make_absolute(tables, Path())
+    try:
+        return Scene.model_validate(tables)
+    except ValidationError as error:
+        raise _locate(input_error(error, tables), path, overrides) from None
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Read a TOML file.
+
+    Raises:
+        InputError: it cannot be read or is no TOML.
+    """
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError("no such file", file=path) from None
+    except IsADirectoryError:
+        raise InputError("this is a directory", file=path, expected="a scene file") from None
+    except OSError as error:
+        raise InputError(f"cannot be read ({error.strerror})", file=path) from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"not a TOML file: {error}", file=path) from None
+
+
+def _override(tables: dict[str, Any], text: str) -> None:
+    key, equals, value = text.partition("=")
+    parts = key.strip().split(".")
+    if not equals or not all(parts):
+        expected = 'key.path=value, such as "rods.0.length=500 mm"'
+        raise InputError("not an override", key="--set", found=f'"{text}"', expected=expected)
+    place: Any = tables
+    for index, part in enumerate(parts[:-1]):
+        step = _step_into(place, part, ".".join(parts[: index + 1]))
+        place = place[step] if isinstance(place, list) else place.setdefault(step, {})
+    step = _step_into(place, parts[-1], ".".join(parts))
+    if value.strip() != "none":
+        place[step] = _value(value)
+    elif isinstance(place, list) or step in place:
+        del place[step]
+
+
+def _step_into(place: object, part: str, key: str) -> Any:
+    """The key or list index under which an override goes on."""
+    if isinstance(place, dict):
+        return part
+    if not isinstance(place, list):
+        raise InputError("there is no table here", file="--set", key=key, expected="a key of the scene")
+    if not part.isdecimal() or int(part) >= len(place):
+        expected = f"an index from 0 to {len(place) - 1}" if place else "no index, the list is empty"
+        raise InputError("no such entry", file="--set", key=key, expected=expected)
+    return int(part)
+
+
+def _value(text: str) -> object:
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text.strip()
+
+
+def _make_absolute(tables: dict[str, Any], folder: Path) -> None:
+    """Make the rods' curve files absolute, so that a scene means the same wherever it is written."""
+    rods = tables.get("rods")
+    for rod in rods if isinstance(rods, list) else ():
+        curve = rod.get("centerline") if isinstance(rod, dict) else None
+        if isinstance(curve, str) and Path(curve).suffix in CURVE_SUFFIXES:
+            rod["centerline"] = str((folder / curve).resolve())
+
+
+def _locate(error: InputError, path: Path, overrides: Sequence[str]) -> InputError:
+    """Name the override where it set the key, else the file."""
+    key = f"{error.key}."
+    set_keys = [f"{override.partition('=')[0].strip()}." for override in overrides]
+    overridden = any(key.startswith(set_key) or set_key.startswith(key) for set_key in set_keys)
+    file = "--set" if overridden else path
+    return InputError(error.problem, file=file, key=error.key, found=error.found, expected=error.expected)

@@ -1,0 +1,120 @@
+"""The scene: everything that a run needs to know, validated."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, ValidationInfo, field_validator, model_validator
+
+from knotfem.scene.control import Output, Solver, Tie
+from knotfem.scene.effects import Contact, Cylinder, Drag, Gravity, Inertia
+from knotfem.scene.rods import Rod
+from knotfem.scene.steps import Relax, RodEnds, Step
+from knotfem.scene.table import Name, Table, known_name, refusal
+
+
+class Scene(Table):
+    """What the user asked for; lengths in mm, forces in N, stresses in MPa, times in s, masses in tonne.
+
+    Attributes:
+        name: also of the run directory.
+        description: one line.
+        model: "fem" for hexahedra, "rod" for the reduced model.
+        rods: at least one.
+        obstacles: rigid bodies.
+        contact: between rods and with obstacles.
+        gravity: weight, or none.
+        drag: viscous drag, or none.
+        inertia: time integration.
+        tie: mapping of the straight rods into the knot.
+        solver: Newton's method.
+        output: what is written.
+        steps: after the mapping, in order; an end that a step does not mention is clamped.
+    """
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_.-]+$")]
+    description: str = ""
+    model: Literal["fem", "rod"] = "fem"
+    rods: Annotated[tuple[Rod, ...], Field(min_length=1)]
+    obstacles: tuple[Cylinder, ...] = ()
+    contact: Contact = Contact()
+    gravity: Gravity | None = None
+    drag: Drag | None = None
+    inertia: Inertia = Inertia()
+    tie: Tie = Tie()
+    solver: Solver = Solver()
+    output: Output = Output()
+    steps: tuple[Step, ...] = ()
+
+    @property
+    def tying_steps(self) -> tuple[Step, ...]:
+        """The relaxing steps at the head: with the mapping, what tying means."""
+        count = next((i for i, step in enumerate(self.steps) if not isinstance(step, Relax)), len(self.steps))
+        return self.steps[:count]
+
+    @property
+    def loading_steps(self) -> tuple[Step, ...]:
+        """The steps after tying."""
+        return self.steps[len(self.tying_steps) :]
+
+    def friction_between(self, first: str, second: str) -> float:
+        """Coulomb coefficient of two surfaces.
+
+        Args:
+            first: name of a rod or an obstacle.
+            second: likewise; twice the same rod asks for its self-contact.
+        """
+        for pair in self.contact.pairs:
+            if set(pair.between) == {first, second}:
+                return pair.friction
+        named = {obstacle.name: obstacle.friction for obstacle in self.obstacles}
+        return named.get(first, named.get(second, self.contact.friction))
+
+    @field_validator("rods", "obstacles")
+    @classmethod
+    def _check_names(cls, items: tuple[Rod, ...] | tuple[Cylinder, ...]) -> tuple[Rod, ...] | tuple[Cylinder, ...]:
+        names: list[Name] = []
+        for index, item in enumerate(items):
+            if item.name in names:
+                raise refusal("used twice", at=f"{index}.name", found=f'"{item.name}"', expected="a name of its own")
+            names.append(item.name)
+        return items
+
+    @field_validator("steps")
+    @classmethod
+    def _complete_steps(cls, steps: tuple[Step, ...], info: ValidationInfo) -> tuple[Step, ...]:
+        """Name the steps, mention every rod."""
+        if "rods" not in info.data:
+            return steps
+        rods = [rod.name for rod in info.data["rods"]]
+        complete: list[Step] = []
+        taken = {step.name for step in steps if step.name}
+        for index, step in enumerate(steps):
+            for rod in step.ends:
+                known_name(rod, rods, "rod", at=f"{index}.ends.{rod}")
+            name = step.name or _free_name(step.kind, taken)
+            if name in (other.name for other in complete):
+                raise refusal("used twice", at=f"{index}.name", found=f'"{name}"', expected="a name of its own")
+            taken.add(name)
+            ends = {rod: step.ends.get(rod, RodEnds()) for rod in rods}
+            complete.append(step.model_copy(update={"name": name, "ends": ends}))
+        return tuple(complete)
+
+    @model_validator(mode="after")
+    def _check_pairs(self) -> Self:
+        rods, obstacles = [rod.name for rod in self.rods], [obstacle.name for obstacle in self.obstacles]
+        for obstacle in obstacles:
+            if obstacle in rods:
+                raise refusal("a rod and an obstacle share a name", at="obstacles", found=f'"{obstacle}"')
+        for index, pair in enumerate(self.contact.pairs):
+            at = f"contact.pairs.{index}.between"
+            for name in pair.between:
+                known_name(name, rods + obstacles, "rod or obstacle", at=at)
+            if set(pair.between) <= set(obstacles):
+                raise refusal("obstacles do not touch each other", at=at, expected="at least one rod")
+        return self
+
+
+def _free_name(kind: str, taken: set[str]) -> str:
+    names = (kind if count == 1 else f"{kind}-{count}" for count in range(1, len(taken) + 2))
+    return next(name for name in names if name not in taken)

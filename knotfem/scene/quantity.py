@@ -1,0 +1,161 @@
+"""Physical quantities of a scene: text with a unit outside, a float in mm, N, MPa, s, tonne inside."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from decimal import Decimal
+from decimal import Overflow as DecimalOverflow
+from functools import cache
+from typing import TYPE_CHECKING, Annotated, Any, cast
+
+from pydantic import GetCoreSchemaHandler
+from pydantic_core import PydanticCustomError, core_schema
+
+from knotfem.errors import InputError
+
+if TYPE_CHECKING:
+    from pint import UnitRegistry
+
+_PATTERN = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\D.*)?", re.DOTALL)
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What a number measures; as pydantic metadata it reads text with a unit and writes it back without loss.
+
+    Attributes:
+        what: name for messages, with its article.
+        unit: unit of the float inside.
+        display: unit that people write, used where it gives the same float back.
+        example: for messages.
+        minimum: smallest allowed float, or none.
+        open_minimum: whether the minimum itself is refused.
+    """
+
+    what: str
+    unit: str
+    display: str
+    example: str
+    minimum: float | None = None
+    open_minimum: bool = False
+
+    @property
+    def expected(self) -> str:
+        """What a message asks for."""
+        bound = "" if self.minimum is None else f" {'above' if self.open_minimum else 'of at least'} {self.minimum:g}"
+        return f'{self.what}{bound} with a unit, such as "{self.example}"'
+
+    def parse(self, value: object) -> float:
+        """Read text such as "6 mm".
+
+        Raises:
+            PydanticCustomError: a bare number, an unknown unit, the wrong dimension or a value out of bounds.
+        """
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            raise self._error("a bare number, its unit is missing")
+        match = _PATTERN.fullmatch(value) if isinstance(value, str) else None
+        if match is None:
+            raise self._error("not a number with a unit")
+        digits, unit = match.groups()
+        if not unit:
+            raise self._error("a bare number, its unit is missing")
+        factor = _factor(unit.strip(), self.unit)
+        if isinstance(factor, str):
+            raise self._error(factor)
+        try:
+            number = float(Decimal(digits) * factor)
+        except DecimalOverflow:
+            number = math.inf
+        if math.isinf(number):
+            raise self._error("too large a number")
+        if self.minimum is not None and (number < self.minimum or (self.open_minimum and number == self.minimum)):
+            raise self._error("out of range")
+        return number
+
+    def format(self, number: float) -> str:
+        """Text with a unit that `parse` reads as the identical float."""
+        if self.display != self.unit:
+            factor = Decimal(_factor(self.display, self.unit))
+            shown = repr(float(Decimal(repr(number)) / factor))
+            if float(Decimal(shown) * factor) == number:
+                return f"{_short(shown)} {self.display}"
+        return f"{_short(repr(number))} {self.unit}"
+
+    def _error(self, problem: str) -> PydanticCustomError:
+        return PydanticCustomError("quantity", "{problem}", {"problem": problem, "expected": self.expected})
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        return core_schema.no_info_plain_validator_function(
+            self.parse, serialization=core_schema.plain_serializer_function_ser_schema(self.format, when_used="json")
+        )
+
+
+def parse_quantity(text: str, quantity: Quantity, key: str) -> float:
+    """Read a quantity outside a scene, such as the value of a command-line option.
+
+    Args:
+        text: such as "60 mm".
+        quantity: what it measures.
+        key: name of the option for the message.
+
+    Raises:
+        InputError: no such quantity.
+    """
+    try:
+        return quantity.parse(text)
+    except PydanticCustomError as error:
+        raise InputError(error.message(), key=key, found=f'"{text}"', expected=quantity.expected) from None
+
+
+def _short(digits: str) -> str:
+    return digits.removesuffix(".0")
+
+
+@cache
+def _registry() -> UnitRegistry:
+    import pint  # half a second: only for who reads a scene
+
+    return pint.UnitRegistry(non_int_type=cast(Any, Decimal))
+
+
+@cache
+def _factor(unit: str, into: str) -> Decimal | str:
+    """The exact factor between two units, or what is wrong with the first."""
+    import pint
+
+    registry = _registry()
+    try:
+        parsed = registry.parse_units(unit)
+    except (pint.errors.PintError, AssertionError, ValueError, TypeError, AttributeError):
+        return f'no unit is called "{unit}"'
+    if parsed.dimensionality != registry.parse_units(into).dimensionality:
+        return f'"{unit}" measures something else'
+    return registry.Quantity(Decimal(1), parsed).to(into).magnitude
+
+
+_LENGTH = ("a length", "mm", "mm", "6 mm")
+_PRESSURE = ("a pressure", "MPa", "MPa", "1.25 MPa")
+_FORCE = ("a force", "N", "N", "0.5 N")
+_SPEED = ("a speed", "mm/s", "mm/s", "4 mm/s")
+_DENSITY = ("a density", "tonne/mm^3", "kg/m^3", "1160 kg/m^3")
+_TIME = ("a time", "s", "s", "10 s")
+_RATE = ("a rate", "1/s", "1/s", "20 1/s")
+_ACCELERATION = ("an acceleration", "mm/s^2", "m/s^2", "9.81 m/s^2")
+_ANGLE = ("an angle", "rad", "deg", "90 deg")
+
+LENGTH = Quantity(*_LENGTH)
+
+Length = Annotated[float, LENGTH]
+Angle = Annotated[float, Quantity(*_ANGLE)]
+Duration = Annotated[float, Quantity(*_TIME, minimum=0.0)]
+Force = Annotated[float, Quantity(*_FORCE, minimum=0.0)]
+Rate = Annotated[float, Quantity(*_RATE, minimum=0.0)]
+Acceleration = Annotated[float, Quantity(*_ACCELERATION, minimum=0.0)]
+PositiveLength = Annotated[float, Quantity(*_LENGTH, minimum=0.0, open_minimum=True)]
+PositiveDuration = Annotated[float, Quantity(*_TIME, minimum=0.0, open_minimum=True)]
+PositiveForce = Annotated[float, Quantity(*_FORCE, minimum=0.0, open_minimum=True)]
+PositivePressure = Annotated[float, Quantity(*_PRESSURE, minimum=0.0, open_minimum=True)]
+PositiveSpeed = Annotated[float, Quantity(*_SPEED, minimum=0.0, open_minimum=True)]
+PositiveDensity = Annotated[float, Quantity(*_DENSITY, minimum=0.0, open_minimum=True)]

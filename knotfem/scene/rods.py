@@ -1,0 +1,173 @@
+"""Rods of a scene: curve, material, core, mesh."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import AfterValidator, Field, model_validator
+
+from knotfem import shipped
+from knotfem.scene.quantity import Angle, PositiveDensity, PositiveLength, PositivePressure
+from knotfem.scene.table import Direction, Flag, Integer, Name, Number, Point, Table, known_name, refusal
+
+CURVE_SUFFIXES = (".csv", ".json")
+
+
+class Smoothing(Table):
+    """Laplacian smoothing of the centreline, as in the paper's appendix; no iterations leave the curve as it is.
+
+    Attributes:
+        gamma: weight of the neighbours' mean in one iteration, between 0 and 1.
+        iterations: how often.
+    """
+
+    gamma: Annotated[Number, Field(gt=0.0, lt=1.0)] = 0.1
+    iterations: Annotated[Integer, Field(ge=0)] = 0
+
+
+class Rotation(Table):
+    """A turn about an axis through the origin.
+
+    Attributes:
+        axis: its direction, of any length.
+        angle: right-handed [rad].
+    """
+
+    axis: Direction = (0.0, 0.0, 1.0)
+    angle: Angle = 0.0
+
+
+class Material(Table):
+    """The nearly incompressible neo-Hookean solid.
+
+    Attributes:
+        model: its law.
+        youngs_modulus: E at small strain [MPa].
+        bulk_over_shear: bulk over shear modulus; 500 is a Poisson's ratio of 0.499.
+        density: [tonne/mm^3].
+    """
+
+    model: Literal["neo-hooke"] = "neo-hooke"
+    youngs_modulus: PositivePressure
+    bulk_over_shear: Annotated[Number, Field(gt=2.0 / 3.0)] = 500.0
+    density: PositiveDensity
+
+    @property
+    def shear_modulus(self) -> float:
+        """G [MPa], from E = 9 k G / (3 k + 1) with k = K / G."""
+        return self.youngs_modulus * (3.0 * self.bulk_over_shear + 1.0) / (9.0 * self.bulk_over_shear)
+
+    @property
+    def bulk_modulus(self) -> float:
+        """K [MPa]."""
+        return self.bulk_over_shear * self.shear_modulus
+
+    @property
+    def poissons_ratio(self) -> float:
+        """Poisson's ratio at small strain."""
+        return self.youngs_modulus / (2.0 * self.shear_modulus) - 1.0
+
+
+class Core(Table):
+    """A wire on the axis that carries axial force only.
+
+    Attributes:
+        youngs_modulus: [MPa].
+        radius: [mm].
+    """
+
+    youngs_modulus: PositivePressure
+    radius: PositiveLength
+
+    @property
+    def axial_stiffness(self) -> float:
+        """EA [N]."""
+        return self.youngs_modulus * math.pi * self.radius**2
+
+
+def _known_element(name: str) -> str:
+    from knotfem.effects.formulation import names
+
+    known_name(name, names(), "element", at="")
+    return name
+
+
+class RodMesh(Table):
+    """Hexahedra of a rod.
+
+    Attributes:
+        section_elements: quadrilaterals of the cross-section.
+        element_length: slice length along the rod [mm], rounded so that slices divide the rod.
+        element: formulation.
+        match_bending_stiffness: scale the facetted section so that its bending stiffness is the circle's.
+    """
+
+    section_elements: Annotated[Integer, Field(ge=4)] = 12
+    element_length: PositiveLength
+    element: Annotated[str, AfterValidator(_known_element)] = "hex8"
+    match_bending_stiffness: Flag = True
+
+
+def _known_curve(curve: str) -> str:
+    if Path(curve).suffix not in CURVE_SUFFIXES:
+        known_name(curve, shipped.centerline_names(), "shipped centreline", at="")
+    elif not Path(curve).is_file():
+        raise refusal("no such file", expected="a CSV or JSON file, or a shipped name")
+    return curve
+
+
+class Rod(Table):
+    """One rod.
+
+    Attributes:
+        name: for ends, pairs, tables.
+        centerline: a shipped name, or a CSV or JSON file; scaled about the origin to the rod's length.
+        length: [mm].
+        diameter: [mm].
+        rotation: of the scaled curve, before `origin`.
+        origin: where the curve's own origin goes [mm].
+        smoothing: of the curve.
+        material: of the bulk.
+        core: wire on the axis, or none.
+        mesh: hexahedra.
+    """
+
+    name: Name = "rod"
+    centerline: Annotated[str, AfterValidator(_known_curve)]
+    length: PositiveLength
+    diameter: PositiveLength
+    origin: Point = (0.0, 0.0, 0.0)
+    rotation: Rotation = Rotation()
+    smoothing: Smoothing = Smoothing()
+    material: Material
+    core: Core | None = None
+    mesh: RodMesh
+
+    @property
+    def slices(self) -> int:
+        """Slices of hexahedra along the rod."""
+        return round(self.length / self.mesh.element_length)
+
+    @model_validator(mode="after")
+    def _check_proportions(self) -> Self:
+        if self.length <= self.diameter:
+            raise refusal(
+                "shorter than it is thick", at="length", found=f"{self.length:g} mm", expected="more than the diameter"
+            )
+        if self.slices < 2:
+            raise refusal(
+                "too long for the rod",
+                at="mesh.element_length",
+                found=f"{self.mesh.element_length:g} mm",
+                expected=f"at most half of the rod's {self.length:g} mm",
+            )
+        if self.core is not None and 2.0 * self.core.radius >= self.diameter:
+            raise refusal(
+                "the core is as thick as the rod",
+                at="core.radius",
+                found=f"{self.core.radius:g} mm",
+                expected=f"less than {self.diameter / 2.0:g} mm",
+            )
+        return self

@@ -1,0 +1,214 @@
+"""Steps of a scene: what happens to the ends of the rods, one step after the other."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Annotated, ClassVar, Literal, Self
+
+from pydantic import AfterValidator, Field, model_validator
+
+from knotfem.scene.quantity import Duration, Force, PositiveDuration, PositiveLength, PositiveSpeed
+from knotfem.scene.table import Direction, Flag, Friction, Name, Number, Table, refusal
+
+
+class Clamped(Table):
+    """The end is held where it is: place and orientation."""
+
+    motion: Literal["clamped"] = "clamped"
+
+
+class Pinned(Table):
+    """The end's place is held, it may turn."""
+
+    motion: Literal["pinned"]
+
+
+class Free(Table):
+    """Nothing acts on the end."""
+
+    motion: Literal["free"]
+
+
+class Driven(Table):
+    """The end keeps its orientation and moves by the step's displacement.
+
+    Attributes:
+        motion: always "driven".
+        direction: of any length.
+    """
+
+    motion: Literal["driven"]
+    direction: Direction
+
+
+class Loaded(Table):
+    """A force acts on the end, which may move and turn.
+
+    Attributes:
+        motion: always "loaded".
+        force: its size [N].
+        direction: of any length, as it is at the start of the step.
+        following: whether the force then turns with the end.
+    """
+
+    motion: Literal["loaded"]
+    force: Force
+    direction: Direction
+    following: Flag = False
+
+
+End = Annotated[Clamped | Pinned | Free | Driven | Loaded, Field(discriminator="motion")]
+
+
+class RodEnds(Table):
+    """What happens to the two ends of one rod; an end that is not mentioned is clamped.
+
+    Attributes:
+        start: the loading end, arclength 0.
+        end: the other one.
+    """
+
+    start: End = Clamped()
+    end: End = Clamped()
+
+
+class FrictionPoint(Table):
+    """A point of a friction schedule.
+
+    Attributes:
+        time: since the start of the step [s].
+        friction: Coulomb coefficient of rod on rod.
+    """
+
+    time: Duration
+    friction: Friction
+
+
+def _rising(schedule: tuple[FrictionPoint, ...]) -> tuple[FrictionPoint, ...]:
+    for before, after in pairwise(schedule):
+        if after.time <= before.time:
+            raise refusal(
+                "times that do not rise", found=f"{after.time:g} s after {before.time:g} s", expected="rising times"
+            )
+    return schedule
+
+
+class _Step(Table):
+    """What all steps share.
+
+    Attributes:
+        name: for tables and progress; the kind by default.
+        ends: for every rod.
+        friction_schedule: rod-rod friction against time, linear between its points; empty leaves it as it is.
+        must_hold: whether a knot that unravels ends the run with an error.
+    """
+
+    driven: ClassVar[bool] = False
+
+    name: Name = ""
+    ends: dict[Name, RodEnds] = Field(default_factory=dict)
+    friction_schedule: Annotated[tuple[FrictionPoint, ...], AfterValidator(_rising)] = ()
+    must_hold: Flag = True
+
+    def all_ends(self) -> dict[tuple[str, str], Clamped | Pinned | Free | Driven | Loaded]:
+        """Every end by rod and side, the side being "start" or "end"."""
+        return {(rod, side): getattr(ends, side) for rod, ends in self.ends.items() for side in ("start", "end")}
+
+    def having(self, kind: type[Clamped | Pinned | Free | Driven | Loaded]) -> list[tuple[str, str]]:
+        """Rod and side of the ends that move in one way."""
+        return [place for place, end in self.all_ends().items() if isinstance(end, kind)]
+
+    @model_validator(mode="after")
+    def _check_driven(self) -> Self:
+        places = self.having(Driven)
+        if places and not self.driven:
+            raise refusal("only a pull drives an end", at=f"ends.{'.'.join(places[0])}", expected='kind = "pull"')
+        if self.driven and not places:
+            raise refusal(
+                "no end is driven", at="ends", expected='an end with motion = "driven" (for a force: kind = "load")'
+            )
+        return self
+
+
+class Relax(_Step):
+    """Goes to rest under drag, however long it takes; forces act in full from the start.
+
+    Attributes:
+        kind: always "relax".
+        kinetic_over_elastic: at rest once the kinetic energy is below this share of the elastic one.
+        longest: time after which a rod that does not come to rest is given up [s].
+    """
+
+    kind: Literal["relax"]
+    kinetic_over_elastic: Annotated[Number, Field(gt=0.0)] = 1e-6
+    longest: PositiveDuration = 100.0
+
+
+class Pull(_Step):
+    """Moves every driven end by the same displacement.
+
+    Attributes:
+        kind: always "pull".
+        displacement: in the end's direction [mm].
+        speed: [mm/s].
+    """
+
+    driven: ClassVar[bool] = True
+
+    kind: Literal["pull"]
+    displacement: PositiveLength
+    speed: PositiveSpeed
+
+    @property
+    def duration(self) -> float:
+        """How long the step takes [s]."""
+        return self.displacement / self.speed
+
+
+class Load(_Step):
+    """Brings the forces of loaded ends from what they were to what they are to be, linearly in time.
+
+    Attributes:
+        kind: always "load".
+        duration: [s].
+    """
+
+    kind: Literal["load"]
+    duration: PositiveDuration
+
+    @model_validator(mode="after")
+    def _check_loaded(self) -> Self:
+        if not self.having(Loaded):
+            raise refusal("no end is loaded", at="ends", expected='an end with motion = "loaded"')
+        return self
+
+
+class Hold(_Step):
+    """Waits; forces act in full from the start.
+
+    Attributes:
+        kind: always "hold".
+        duration: [s].
+    """
+
+    kind: Literal["hold"]
+    duration: PositiveDuration
+
+
+class Release(_Step):
+    """Lets ends go, until the rod rests, the knot is lost or the time is over; forces act in full from the start.
+
+    Attributes:
+        kind: always "release".
+        duration: at most [s].
+        kinetic_over_elastic: at rest once the kinetic energy is below this share of the elastic one.
+        must_hold: by default an unravelled knot is a result, no error.
+    """
+
+    kind: Literal["release"]
+    duration: PositiveDuration
+    kinetic_over_elastic: Annotated[Number, Field(gt=0.0)] = 1e-6
+    must_hold: Flag = False
+
+
+Step = Annotated[Relax | Pull | Load | Hold | Release, Field(discriminator="kind")]

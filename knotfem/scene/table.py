@@ -1,0 +1,153 @@
+"""The base of every table of a scene: frozen, strict, and helpful about keys that it does not know."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, ValidationError, model_validator
+from pydantic_core import ErrorDetails, PydanticCustomError
+
+from knotfem.errors import InputError
+from knotfem.scene.quantity import Length, Quantity
+
+
+class Table(BaseModel):
+    """A table of the scene file."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _check_keys(cls, data: Any) -> Any:
+        if not isinstance(data, Mapping):
+            return data
+        for key in data:
+            if key not in cls.model_fields:
+                raise refusal("unknown key", at=str(key), expected=_suggestion(str(key), list(cls.model_fields)))
+        for key, field in cls.model_fields.items():
+            if field.is_required() and key not in data:
+                quantities = [entry for entry in field.metadata if isinstance(entry, Quantity)]
+                raise refusal("missing key", at=key, expected=quantities[0].expected if quantities else "a value")
+        return data
+
+
+def refusal(problem: str, *, at: str = "", found: str | None = None, expected: str = "") -> PydanticCustomError:
+    """What a validator raises; `read` turns it into the one message for the user.
+
+    Args:
+        problem: what is wrong.
+        at: key below the table that is being validated.
+        found: the value, where it is not the validator's own input.
+        expected: what would be right.
+    """
+    return PydanticCustomError(
+        "refusal", "{problem}", {"problem": problem, "at": at, "found": found, "expected": expected}
+    )
+
+
+def known_name(name: str, known: list[str], what: str, *, at: str) -> None:
+    """Refuse a name that is not among the known ones.
+
+    Raises:
+        PydanticCustomError: with the closest known name.
+    """
+    if name not in known:
+        raise refusal(f"no {what} has this name", at=at, found=f'"{name}"', expected=_suggestion(name, known))
+
+
+def input_error(error: ValidationError, data: object) -> InputError:
+    """The first problem that pydantic found, as the one message for the user.
+
+    Args:
+        error: what pydantic raised.
+        data: the tables that were validated.
+    """
+    first, *rest = error.errors(include_url=False)
+    key = _key(first, data)
+    problem, expected = _explain(first)
+    others = sorted({other for other in (_key(detail, data) for detail in rest) if not key.startswith(other)})
+    if others:
+        problem += f" (wrong too: {', '.join(others)})"
+    return InputError(problem, key=key or None, found=_found(first), expected=expected)
+
+
+def _explain(detail: ErrorDetails) -> tuple[str, str | None]:
+    context = detail.get("ctx", {})
+    match detail["type"]:
+        case "quantity" | "refusal":
+            return context["problem"], context["expected"] or None
+        case "literal_error":
+            names = [part.strip("'") for part in context["expected"].replace(" or ", ", ").split(", ")]
+            return "unknown choice", _suggestion(str(detail["input"]), names)
+        case "union_tag_invalid":
+            names = [part.strip("'") for part in context["expected_tags"].split(", ")]
+            return "unknown choice", _suggestion(context["tag"], names)
+        case "union_tag_not_found":
+            return "missing key", "a value"
+        case "string_pattern_mismatch":
+            return "not a name", "letters, digits, - and _"
+        case "model_type" | "dict_type" | "model_attributes_type":
+            return "wrong kind of value", "a table"
+        case "tuple_type":
+            return "wrong kind of value", "a list"
+        case "missing":
+            return "too few entries", "a complete list"
+        case "too_short" | "too_long":
+            return "wrong number of entries", detail["msg"].partition("should have ")[2].partition(" after")[0]
+        case _:
+            return "wrong value", detail["msg"].removeprefix("Input should be ")
+
+
+def _key(detail: ErrorDetails, data: object) -> str:
+    """The dotted key of a problem, without the tags that pydantic puts between."""
+    parts: list[str] = []
+    for part in detail["loc"]:
+        below: Any = dict(enumerate(data)) if isinstance(data, list) else data
+        if isinstance(below, Mapping) and part in below:
+            data = below[part]
+            parts.append(str(part))
+    context = detail.get("ctx", {})
+    if context.get("at"):
+        parts.append(context["at"])
+    if detail["type"].startswith("union_tag"):
+        parts.append(context["discriminator"].strip("'"))
+    return ".".join(parts)
+
+
+def _suggestion(name: str, known: list[str]) -> str:
+    close = difflib.get_close_matches(name, known, n=1)
+    listed = ", ".join(other for other in known if other not in close)
+    if not close:
+        return f"one of {listed}"
+    return f'"{close[0]}", or one of {listed}' if listed else f'"{close[0]}"'
+
+
+def _found(detail: ErrorDetails) -> str | None:
+    context, value = detail.get("ctx", {}), detail["input"]
+    if context.get("found") or context.get("at"):
+        return context["found"]
+    if detail["type"] == "union_tag_invalid":
+        return f'"{context["tag"]}"'
+    if isinstance(value, Mapping | BaseModel):
+        return None if detail["type"] in ("refusal", "union_tag_not_found") else "a table"
+    if isinstance(value, str):
+        return f'"{value}"'
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _finite_direction(vector: tuple[float, float, float]) -> tuple[float, float, float]:
+    if math.hypot(*vector) == 0.0:
+        raise refusal("a direction of no length", expected="three numbers, not all zero, such as [0, 0, 1]")
+    return vector
+
+
+Flag = Annotated[bool, Strict()]
+Integer = Annotated[int, Strict()]
+Number = Annotated[float, Strict(), Field(allow_inf_nan=False)]
+Friction = Annotated[float, Strict(), Field(allow_inf_nan=False, ge=0.0)]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]+$")]
+Direction = Annotated[tuple[Number, Number, Number], AfterValidator(_finite_direction)]
+Point = tuple[Length, Length, Length]
