@@ -19,7 +19,8 @@ def _folder(package: str) -> Path:
 
 
 def _names(folder: Path, pattern: str) -> dict[str, Path]:
-    return {path.relative_to(folder).with_suffix("").as_posix(): path for path in sorted(folder.rglob(pattern))}
+    found = {path.relative_to(folder).with_suffix("").as_posix(): path for path in folder.rglob(pattern)}
+    return dict(sorted(found.items()))
 
 
 def _scenes() -> dict[str, Path]:
