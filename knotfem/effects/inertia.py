@@ -1,0 +1,95 @@
+"""Inertia and viscous drag, both on the lumped mass."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from knotfem.solver.effect import Effect, StepStart
+from knotfem.effects.formulation import Formulation
+from knotfem.solver.schemes import Scheme
+from knotfem.solver.sparsity import Matrix
+
+
+def lumped_mass(elements: np.ndarray, formulation: Formulation, density: float, nodes: int) -> np.ndarray:
+    """Row-sum mass [tonne] of the bulk, shape [nodes].
+
+    Args:
+        elements: connectivity, shape [slices, quads, n].
+        formulation: tables of one slice.
+        density: [tonne/mm^3].
+        nodes: length of the result.
+    """
+    share = density * np.einsum("qp,pa->qa", formulation.weights, formulation.shapes)
+    mass = np.zeros(nodes)
+    for layer in elements:
+        np.add.at(mass, layer, share)
+    return mass
+
+
+@dataclass
+class Inertia(Effect):
+    """m ((1 - alpha_m) a + alpha_m a_n) of a time integration scheme.
+
+    The weight of the static residual is not the effect's: the system applies `scheme.alpha_f`.
+    """
+
+    mass: np.ndarray
+    scheme: Scheme
+    _start: StepStart | None = field(default=None, init=False)
+
+    def __post_init__(self) -> None:
+        self.name = "inertia"
+
+    def begin(self, start: StepStart) -> None:
+        self._start = start
+
+    def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
+        assert self._start is not None, "begin before assemble"
+        s, start = self.scheme, self._start
+        a = (1.0 - s.alpha_m) * s.acceleration(x, start) + s.alpha_m * start.motion.a
+        residual += self.mass[:, None] * a
+        if matrix is not None:
+            rate = (1.0 - s.alpha_m) * s.acceleration_rate(start.dt)
+            matrix.add_diagonal(np.repeat(rate * self.mass, 3))
+        return True
+
+    def merit(self, x: np.ndarray) -> float:
+        assert self._start is not None, "begin before merit"
+        s, start = self.scheme, self._start
+        rate = (1.0 - s.alpha_m) * s.acceleration_rate(start.dt)
+        if rate == 0.0:
+            return 0.0
+        a = (1.0 - s.alpha_m) * s.acceleration(x, start) + s.alpha_m * start.motion.a
+        return 0.5 / rate * float(np.einsum("n,ni->", self.mass, a * a))
+
+
+@dataclass
+class Drag(Effect):
+    """Viscous drag c m v on the mass, c in 1/s."""
+
+    mass: np.ndarray
+    rate: float
+    scheme: Scheme
+    _start: StepStart | None = field(default=None, init=False)
+
+    def __post_init__(self) -> None:
+        self.name = "drag"
+
+    def begin(self, start: StepStart) -> None:
+        self._start = start
+
+    def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
+        assert self._start is not None, "begin before assemble"
+        residual += self.rate * self.mass[:, None] * self.scheme.velocity(x, self._start)
+        if matrix is not None:
+            slope = self.rate * self.scheme.velocity_rate(self._start.dt)
+            matrix.add_diagonal(np.repeat(slope * self.mass, 3))
+        return True
+
+    def merit(self, x: np.ndarray) -> float:
+        assert self._start is not None, "begin before merit"
+        v = self.scheme.velocity(x, self._start)
+        slope = self.scheme.velocity_rate(self._start.dt)
+        return 0.5 * self.rate / slope * float(np.einsum("n,ni->", self.mass, v * v))

@@ -1,0 +1,121 @@
+"""Forces on end sections, dead and following, and prescribed motions of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from knotfem.solver.effect import Effect, StepStart
+from knotfem.solver.sparsity import Matrix, add_blocks
+from knotfem.solver.system import Prescribed
+
+History = Callable[[float], float]
+"""A scalar as a function of time [s]."""
+
+
+@dataclass
+class EndForce(Effect):
+    """A dead force on a section, shared among its nodes by `weights` (which sum to one).
+
+    Args:
+        nodes: shape [n].
+        weights: shape [n].
+        direction: unit vector, shape [3].
+        magnitude: force [N] as a function of time.
+    """
+
+    nodes: np.ndarray
+    weights: np.ndarray
+    direction: np.ndarray
+    magnitude: History
+    _force: float = field(default=0.0, init=False)
+
+    def __post_init__(self) -> None:
+        self.name = "load"
+
+    def begin(self, start: StepStart) -> None:
+        self._force = self.magnitude(start.end)
+
+    def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
+        residual[self.nodes] -= self._force * self.weights[:, None] * self.direction
+        return True
+
+    def merit(self, x: np.ndarray) -> float:
+        return -self._force * float(self.weights @ (x[self.nodes] @ self.direction))
+
+
+@dataclass
+class FollowingForce(Effect):
+    """A force on a section along the end's tangent, from the axis node `inner` to the axis node `outer`.
+
+    Weights need not sum to one: weights proportional to a section coordinate make an end moment.
+    """
+
+    nodes: np.ndarray
+    weights: np.ndarray
+    inner: int
+    outer: int
+    magnitude: History
+    _force: float = field(default=0.0, init=False)
+
+    def __post_init__(self) -> None:
+        self.name = "load"
+        self.symmetric = False
+        self._stencil = np.unique(np.concatenate([self.nodes, [self.inner, self.outer]])).astype(np.int64)
+
+    def keys(self, nodes: int) -> np.ndarray:
+        keys = self._stencil[:, None] * nodes + self._stencil[None, :]
+        return np.unique(keys)
+
+    def begin(self, start: StepStart) -> None:
+        self._force = self.magnitude(start.end)
+
+    def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
+        d = x[self.outer] - x[self.inner]
+        length = float(np.linalg.norm(d))
+        t = d / length
+        residual[self.nodes] -= self._force * self.weights[:, None] * t
+        if matrix is None:
+            return True
+        turn = -self._force / length * (np.eye(3) - np.outer(t, t))
+        where = np.searchsorted(self._stencil, self.nodes)
+        block = np.zeros((self._stencil.size, 3, self._stencil.size, 3))
+        for sign, node in ((1.0, self.outer), (-1.0, self.inner)):
+            column = int(np.searchsorted(self._stencil, node))
+            block[where, :, column, :] += sign * self.weights[:, None, None] * turn
+        pattern = matrix.pattern
+        size = 3 * self._stencil.size
+        return add_blocks(
+            self._stencil, block.reshape(size, size), pattern.node_ptr, pattern.node_adj, pattern.upper, matrix.data
+        )
+
+
+def held(nodes: np.ndarray, positions: np.ndarray, label: str = "") -> Prescribed:
+    """Nodes that stay where they are."""
+    fixed = positions.copy()
+    return Prescribed(nodes, lambda time: fixed, label)
+
+
+def driven(
+    nodes: np.ndarray, positions: np.ndarray, direction: np.ndarray, path: History, label: str = ""
+) -> Prescribed:
+    """Nodes carried without rotation along `direction` by path(time) [mm]."""
+    fixed = positions.copy()
+    return Prescribed(nodes, lambda time: fixed + path(time) * direction, label)
+
+
+def turned(
+    nodes: np.ndarray, positions: np.ndarray, centre: np.ndarray, axis: np.ndarray, angle: History, label: str = ""
+) -> Prescribed:
+    """Nodes turned rigidly about an axis through `centre` by angle(time) [rad]."""
+    arm = positions - centre
+    axis = axis / np.linalg.norm(axis)
+
+    def place(time: float) -> np.ndarray:
+        a = angle(time)
+        along = np.outer(arm @ axis, axis)
+        return centre + along + np.cos(a) * (arm - along) + np.sin(a) * np.cross(axis, arm)
+
+    return Prescribed(nodes, place, label)

@@ -1,0 +1,102 @@
+"""Time integration schemes: how velocities and accelerations follow from the positions at the end of a step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from knotfem.solver.effect import Motion, StepStart
+from knotfem.errors import InputError
+
+
+@dataclass(frozen=True)
+class Scheme:
+    """Base: quasi-static. Velocity from the backward difference, no inertia.
+
+    Attributes:
+        alpha_f: weight of the static residual at the start of the step.
+        alpha_m: weight of the acceleration at the start of the step.
+        inertial: whether accelerations enter the residual.
+    """
+
+    alpha_f: float = 0.0
+    alpha_m: float = 0.0
+    inertial: bool = False
+
+    def velocity(self, x: np.ndarray, start: StepStart) -> np.ndarray:
+        """Velocity [mm/s] at the end of the step, shape [nodes, 3]."""
+        return (x - start.motion.x) / start.dt
+
+    def velocity_rate(self, dt: float) -> float:
+        """Derivative of the velocity with respect to the position [1/s]."""
+        return 1.0 / dt
+
+    def acceleration(self, x: np.ndarray, start: StepStart) -> np.ndarray:
+        """Acceleration [mm/s^2] at the end of the step, shape [nodes, 3]."""
+        return np.zeros_like(x)
+
+    def acceleration_rate(self, dt: float) -> float:
+        """Derivative of the acceleration with respect to the position [1/s^2]."""
+        return 0.0
+
+    def finish(self, x: np.ndarray, start: StepStart) -> Motion:
+        """The motion at the end of a step that ended at x."""
+        return Motion(x.copy(), self.velocity(x, start), self.acceleration(x, start), start.end)
+
+
+@dataclass(frozen=True)
+class BackwardEuler(Scheme):
+    """First order, strongly dissipative at high frequency: for quasi-static work with inertia."""
+
+    inertial: bool = True
+
+    def acceleration(self, x: np.ndarray, start: StepStart) -> np.ndarray:
+        return (self.velocity(x, start) - start.motion.v) / start.dt
+
+    def acceleration_rate(self, dt: float) -> float:
+        return 1.0 / dt**2
+
+
+@dataclass(frozen=True)
+class GeneralisedAlpha(Scheme):
+    """Newmark kinematics with weighted residuals (Chung and Hulbert 1993, Eqs. 3 to 6)."""
+
+    inertial: bool = True
+    beta: float = 0.25
+    gamma: float = 0.5
+
+    def acceleration(self, x: np.ndarray, start: StepStart) -> np.ndarray:
+        m, dt = start.motion, start.dt
+        return (x - m.x - dt * m.v - dt**2 * (0.5 - self.beta) * m.a) / (self.beta * dt**2)
+
+    def acceleration_rate(self, dt: float) -> float:
+        return 1.0 / (self.beta * dt**2)
+
+    def velocity(self, x: np.ndarray, start: StepStart) -> np.ndarray:
+        m, dt = start.motion, start.dt
+        return m.v + dt * ((1.0 - self.gamma) * m.a + self.gamma * self.acceleration(x, start))
+
+    def velocity_rate(self, dt: float) -> float:
+        return self.gamma / (self.beta * dt)
+
+
+def hht(alpha: float) -> GeneralisedAlpha:
+    """Hilber, Hughes and Taylor (1977) with -1/2 <= alpha <= 0; alpha = 0 is the trapezoidal rule."""
+    if not -0.5 <= alpha <= 0.0:
+        raise InputError("out of range", key="inertia.hht_alpha", found=alpha, expected="between -0.5 and 0")
+    return GeneralisedAlpha(alpha_f=-alpha, beta=(1.0 - alpha) ** 2 / 4.0, gamma=0.5 - alpha)
+
+
+def generalised_alpha(spectral_radius: float) -> GeneralisedAlpha:
+    """Chung and Hulbert (1993) by the spectral radius at infinite frequency, 0 to 1."""
+    if not 0.0 <= spectral_radius <= 1.0:
+        raise InputError("out of range", key="inertia.spectral_radius", found=spectral_radius, expected="between 0 and 1")
+    alpha_m = (2.0 * spectral_radius - 1.0) / (spectral_radius + 1.0)
+    alpha_f = spectral_radius / (spectral_radius + 1.0)
+    return GeneralisedAlpha(
+        alpha_f=alpha_f,
+        alpha_m=alpha_m,
+        beta=(1.0 - alpha_m + alpha_f) ** 2 / 4.0,
+        gamma=0.5 - alpha_m + alpha_f,
+    )

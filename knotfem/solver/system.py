@@ -1,0 +1,223 @@
+"""The assembled equations: effects, constraints, one matrix and its factorisation."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from knotfem.solver.effect import Arrays, Effect, Motion, StepStart
+from knotfem.solver.linear import LinearSolver
+from knotfem.solver.schemes import Scheme
+from knotfem.solver.sparsity import Matrix, Pattern, merge_keys
+
+
+@dataclass(frozen=True, eq=False)
+class Prescribed:
+    """Nodes whose positions are given as a function of time.
+
+    Args:
+        nodes: shape [n].
+        positions: time [s] to positions [mm], shape [n, 3].
+        label: the end it belongs to, such as "rod.start".
+    """
+
+    nodes: np.ndarray
+    positions: Callable[[float], np.ndarray]
+    label: str = ""
+
+
+@dataclass
+class Clock:
+    """CPU and wall seconds by name."""
+
+    cpu: dict[str, float] = field(default_factory=dict)
+    wall: dict[str, float] = field(default_factory=dict)
+    calls: dict[str, int] = field(default_factory=dict)
+
+    def run(self, name: str, function: Callable, *args):
+        """Call a function and book its time under a name."""
+        wall, cpu = time.perf_counter(), time.process_time()
+        try:
+            return function(*args)
+        finally:
+            self.wall[name] = self.wall.get(name, 0.0) + time.perf_counter() - wall
+            self.cpu[name] = self.cpu.get(name, 0.0) + time.process_time() - cpu
+            self.calls[name] = self.calls.get(name, 0) + 1
+
+
+class System:
+    """Residual and tangent of all effects under prescribed motions.
+
+    Args:
+        effects: in the order in which they are assembled.
+        nodes: number of nodes.
+        solver: linear solver.
+        scheme: time integration scheme.
+        prescribed: prescribed motions.
+        shift_weights: share of each node in the Levenberg-Marquardt shift, shape [nodes], summing to one.
+    """
+
+    def __init__(
+        self,
+        effects: Sequence[Effect],
+        nodes: int,
+        solver: LinearSolver,
+        scheme: Scheme,
+        prescribed: Sequence[Prescribed] = (),
+        shift_weights: np.ndarray | None = None,
+    ) -> None:
+        self.effects = list(effects)
+        self.nodes = nodes
+        self.solver = solver
+        self.scheme = scheme
+        self.prescribed = list(prescribed)
+        self.shift_weights = np.full(nodes, 1.0 / nodes) if shift_weights is None else shift_weights
+        self.symmetric = all(effect.symmetric for effect in self.effects)
+        self.fixed = np.zeros((nodes, 3), dtype=bool)
+        for motion in self.prescribed:
+            self.fixed[motion.nodes] = True
+        self.clock = Clock()
+        self.analyses = 0
+        self.factorisations = 0
+        self._static_keys: np.ndarray | None = None
+        self._matrix: Matrix | None = None
+        self._analysed: Pattern | None = None
+        self._start_residual: np.ndarray | None = None
+
+    def begin(self, start: StepStart) -> None:
+        """A step sets out."""
+        if self.scheme.alpha_f > 0.0:
+            self._start_residual = self._static(start.motion.x, None)[0]
+        for effect in self.effects:
+            effect.begin(start)
+
+    def update(self, x: np.ndarray) -> None:
+        """Let the effects follow new positions."""
+        for effect in self.effects:
+            self.clock.run(effect.name, effect.update, x)
+
+    def drop_pattern(self) -> None:
+        """Forget pattern and analysis; they are built anew when next needed."""
+        self._matrix = None
+
+    def residual(self, x: np.ndarray) -> np.ndarray:
+        """Out-of-balance force [N] of all nodes, reactions at prescribed ones included, shape [nodes, 3]."""
+        return self._total(x, None)[0]
+
+    def tangent(self, x: np.ndarray) -> tuple[np.ndarray, Matrix]:
+        """Residual and unconstrained tangent."""
+        matrix = self._matrix or self._build()
+        matrix.clear()
+        residual, complete = self._total(x, matrix)
+        if not complete:
+            matrix = self._build()
+            residual, complete = self._total(x, matrix)
+            assert complete, "an effect's keys do not cover its tangent"
+        self._matrix = matrix
+        return residual, matrix
+
+    def targets(self, time: float) -> np.ndarray:
+        """Prescribed positions at a time, shape [nodes, 3]; zero where nothing is prescribed."""
+        goal = np.zeros((self.nodes, 3))
+        for motion in self.prescribed:
+            goal[motion.nodes] = motion.positions(time)
+        return goal
+
+    def factorise(self, matrix: Matrix, shift: float) -> None:
+        """Constrain, shift by shift * weight [N/mm] and factorise (the matrix is changed)."""
+        if shift > 0.0:
+            matrix.add_diagonal(np.repeat(shift * self.shift_weights, 3))
+        self.clock.run("constrain", matrix.constrain, self.fixed.ravel())
+        if self._analysed is not matrix.pattern:
+            self.clock.run("analysis", self.solver.analyse, matrix.pattern)
+            self._analysed = matrix.pattern
+            self.analyses += 1
+        self.clock.run("factorisation", self.solver.factorise, matrix)
+        self.factorisations += 1
+
+    def solve(self, rhs: np.ndarray) -> np.ndarray:
+        """Solve with zero at prescribed unknowns, shape [nodes, 3]."""
+        masked = np.where(self.fixed, 0.0, rhs)
+        return self.clock.run("solve", self.solver.solve, masked.ravel()).reshape(-1, 3)
+
+    def increment(self, du: np.ndarray) -> None:
+        for effect in self.effects:
+            self.clock.run(effect.name, effect.increment, du)
+
+    def advance(self, fraction: float) -> None:
+        for effect in self.effects:
+            effect.advance(fraction)
+
+    def merit(self, x: np.ndarray) -> float:
+        """Merit of the line search at x, with the effects' own unknowns at their full increment."""
+        return sum(self.clock.run(effect.name, effect.merit, x) for effect in self.effects)
+
+    def accept(self, x: np.ndarray, start: StepStart) -> Motion:
+        """Commit the step that ended at x."""
+        motion = self.scheme.finish(x, start)
+        for effect in self.effects:
+            effect.accept(x)
+        return motion
+
+    def memory(self) -> dict[str, Arrays]:
+        """Copies of what the effects remember, by place and name."""
+        return {f"{place}-{effect.name}": effect.memory() for place, effect in enumerate(self.effects)}
+
+    def recall(self, memory: dict[str, Arrays]) -> None:
+        for place, effect in enumerate(self.effects):
+            effect.recall(memory[f"{place}-{effect.name}"])
+
+    def effect(self, name: str) -> list[Effect]:
+        """All effects of a name."""
+        return [effect for effect in self.effects if effect.name == name]
+
+    def forces(self, x: np.ndarray) -> dict[str, np.ndarray]:
+        """Residual of each effect by itself, by name; effects of one name are summed."""
+        result: dict[str, np.ndarray] = {}
+        for effect in self.effects:
+            part = result.setdefault(effect.name, np.zeros((self.nodes, 3)))
+            effect.assemble(x, part, None)
+        return result
+
+    def close(self) -> None:
+        self.solver.close()
+        self._analysed = None
+
+    def _build(self) -> Matrix:
+        if self._static_keys is None:
+            self._static_keys = np.arange(self.nodes, dtype=np.int64) * (self.nodes + 1)
+        parts = [self._static_keys]
+        parts += [keys for effect in self.effects if (keys := effect.keys(self.nodes)) is not None]
+        pattern = self.clock.run("pattern", _pattern, parts, self.nodes, self.symmetric)
+        for effect in self.effects:
+            self.clock.run("pattern", effect.bind, pattern)
+        return Matrix(pattern)
+
+    def _static(self, x: np.ndarray, matrix: Matrix | None) -> tuple[np.ndarray, bool]:
+        residual, complete = np.zeros((self.nodes, 3)), True
+        for effect in self.effects:
+            if effect.name != "inertia":
+                complete &= self.clock.run(effect.name, effect.assemble, x, residual, matrix)
+        return residual, complete
+
+    def _total(self, x: np.ndarray, matrix: Matrix | None) -> tuple[np.ndarray, bool]:
+        residual, complete = self._static(x, matrix)
+        weight = self.scheme.alpha_f
+        if weight > 0.0:
+            assert self._start_residual is not None, "begin before assembling"
+            residual = (1.0 - weight) * residual + weight * self._start_residual
+            if matrix is not None:
+                matrix.data *= 1.0 - weight
+        for effect in self.effects:
+            if effect.name == "inertia":
+                self.clock.run(effect.name, effect.assemble, x, residual, matrix)
+        return residual, complete
+
+
+def _pattern(parts: list[np.ndarray], nodes: int, symmetric: bool) -> Pattern:
+    pattern = Pattern.from_keys(merge_keys(*parts), nodes, symmetric)
+    _ = pattern.csr
+    return pattern
