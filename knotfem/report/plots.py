@@ -55,7 +55,9 @@ def plot_force(curves: Mapping[str, Table], out: str | Path, *, radius: float, t
             axes.plot(displacement / radius, force, color=colour, label=label or None)
         axes.set(xlabel=r"displacement $\delta / r$", ylabel=r"force $F$ (N)")
         axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
-        above = axes.secondary_xaxis("top", functions=(lambda x: x * radius, lambda x: x / radius))
+        above = axes.secondary_xaxis(
+            "top", functions=(lambda x: np.multiply(x, radius), lambda x: np.divide(x, radius))
+        )
         above.set_xlabel(r"$\delta$ (mm)")
         _legend(axes)
 
