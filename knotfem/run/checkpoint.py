@@ -1,0 +1,180 @@
+"""Checkpoints: the whole state of a run in one HDF5 file, read back to the last bit."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from knotfem.errors import InputError
+from knotfem.run.files import cannot_write, write_atomically
+
+_TREE = "tree"
+_ARRAY, _TUPLE = "$array", "$tuple"
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """A state that a run goes on from.
+
+    Attributes:
+        state: nested dictionaries, lists and tuples of arrays, NumPy scalars and plain values.
+        metadata: plain values that describe it, such as the step and the rows of the tables.
+        path: the file.
+    """
+
+    state: dict[str, Any]
+    metadata: dict[str, Any]
+    path: Path
+
+
+class CheckpointStore:
+    """The checkpoints of a run, of which the newest and those with a name are kept.
+
+    Attributes:
+        folder: where they lie; made when the first is written.
+        keep: how many without a name stay.
+    """
+
+    def __init__(self, folder: Path, keep: int = 2) -> None:
+        self.folder, self.keep = folder, keep
+
+    def paths(self) -> list[Path]:
+        """Files, oldest first."""
+        return sorted(self.folder.glob("checkpoint-*.h5"))
+
+    def save(self, state: Mapping[str, Any], metadata: Mapping[str, Any], name: str = "") -> Path:
+        """Write the next checkpoint, then drop old ones without a name.
+
+        Args:
+            state: nested dictionaries (string keys), lists and tuples of arrays, NumPy scalars, numbers, text, None.
+            metadata: values that JSON holds.
+            name: of a state that stays, such as "tied"; replaces an older one of this name.
+
+        Raises:
+            TypeError: a value that cannot be kept; a programming error.
+            InputError: the disk is full or the folder cannot be written; older checkpoints are untouched.
+        """
+        return self._add(_encode(state, metadata), name)
+
+    def adopt(self, path: Path) -> Path:
+        """Copy a checkpoint of another run as the newest of this one, name included.
+
+        Raises:
+            InputError: it cannot be read or written.
+        """
+        try:
+            content = path.read_bytes()
+        except OSError as error:
+            raise InputError(f"cannot be read ({error.strerror})", file=path) from None
+        return self._add(content, _name(path))
+
+    def latest(self) -> Checkpoint | None:
+        """The newest checkpoint, or none."""
+        existing = self.paths()
+        return read_checkpoint(existing[-1]) if existing else None
+
+    def named(self, name: str) -> Path | None:
+        """File of the checkpoint with this name, or none."""
+        return next((path for path in reversed(self.paths()) if _name(path) == name), None)
+
+    def _add(self, content: bytes, name: str) -> Path:
+        try:
+            self.folder.mkdir(exist_ok=True)
+        except OSError as error:
+            raise cannot_write(self.folder, error) from error
+        existing = self.paths()
+        number = _number(existing[-1]) + 1 if existing else 1
+        path = self.folder / f"checkpoint-{number:06d}{f'-{name}' if name else ''}.h5"
+        write_atomically(path, content)
+        same = [old for old in [*existing, path] if _name(old) == name]
+        for old in same[: -1 if name else -self.keep]:
+            old.unlink(missing_ok=True)
+        return path
+
+
+def _number(path: Path) -> int:
+    return int(path.stem.split("-")[1])
+
+
+def _name(path: Path) -> str:
+    return "-".join(path.stem.split("-")[2:])
+
+
+def read_checkpoint(path: Path) -> Checkpoint:
+    """Read a checkpoint.
+
+    Raises:
+        InputError: missing or damaged.
+    """
+    import h5py
+
+    try:
+        with h5py.File(path, "r") as file:
+            tree = json.loads(bytes(_dataset(file, _TREE)))
+            arrays = _dataset_group(file)
+        return Checkpoint(_decode(tree["state"], arrays), tree["metadata"], path)
+    except (OSError, KeyError, ValueError) as error:
+        raise InputError(f"no readable checkpoint ({error})", file=path) from None
+
+
+def _encode(state: Mapping[str, Any], metadata: Mapping[str, Any]) -> bytes:
+    """The HDF5 file: numbered arrays, and one JSON tree that refers to them."""
+    import h5py
+
+    arrays: list[np.ndarray] = []
+    tree = json.dumps({"state": _to_tree(state, arrays), "metadata": metadata}).encode()
+    buffer = io.BytesIO()
+    with h5py.File(buffer, "w") as file:
+        file.create_dataset(_TREE, data=np.frombuffer(tree, dtype=np.uint8))
+        group = file.create_group("arrays")
+        for index, array in enumerate(arrays):
+            group.create_dataset(str(index), data=array)
+    return buffer.getvalue()
+
+
+def _to_tree(value: Any, arrays: list[np.ndarray]) -> Any:
+    if isinstance(value, Mapping):
+        if not all(isinstance(key, str) and not key.startswith("$") for key in value):
+            raise TypeError("a checkpoint takes dictionaries with text keys")
+        return {key: _to_tree(item, arrays) for key, item in value.items()}
+    if isinstance(value, tuple):
+        return {_TUPLE: [_to_tree(item, arrays) for item in value]}
+    if isinstance(value, list):
+        return [_to_tree(item, arrays) for item in value]
+    if isinstance(value, np.ndarray | np.generic):
+        array = np.asarray(value)
+        if array.dtype.kind not in "biufc":
+            raise TypeError(f"a checkpoint takes no arrays of {array.dtype}")
+        arrays.append(np.ascontiguousarray(array) if array.ndim else array)
+        order = "F" if array.flags.f_contiguous and not array.flags.c_contiguous else "C"
+        return {_ARRAY: len(arrays) - 1, "order": order, "scalar": isinstance(value, np.generic)}
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    raise TypeError(f"a checkpoint takes no {type(value).__name__}")
+
+
+def _decode(tree: Any, arrays: Mapping[str, np.ndarray]) -> Any:
+    if isinstance(tree, list):
+        return [_decode(item, arrays) for item in tree]
+    if not isinstance(tree, dict):
+        return tree
+    if _TUPLE in tree:
+        return tuple(_decode(item, arrays) for item in tree[_TUPLE])
+    if _ARRAY in tree:
+        array = arrays[str(tree[_ARRAY])]
+        return array[()] if tree["scalar"] else np.array(array, order=tree["order"])
+    return {key: _decode(item, arrays) for key, item in tree.items()}
+
+
+def _dataset(group: Any, name: str) -> np.ndarray:
+    return np.asarray(group[name][()])
+
+
+def _dataset_group(file: Any) -> dict[str, np.ndarray]:
+    return {name: _dataset(file["arrays"], name) for name in file["arrays"]}

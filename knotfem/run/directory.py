@@ -1,0 +1,259 @@
+"""Run directories: where a run keeps its scene, tables, checkpoints and status."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from datetime import UTC, datetime
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Literal
+
+from knotfem.errors import InputError
+from knotfem.run.checkpoint import CheckpointStore
+from knotfem.run.files import PART_SUFFIX, append, cannot_write, json_line, read_json, write_atomically, write_json
+from knotfem.run.tables import FORCE_COLUMNS, TENSION_COLUMNS, TIE_COLUMNS, Table
+from knotfem.scene.load import load_scene
+from knotfem.scene.model import Scene
+from knotfem.scene.write import scene_to_toml
+
+State = Literal["running", "done", "failed", "stopped"]
+
+TIED = "tied"
+"""Name of the checkpoint at the end of tying, which stays."""
+
+_SCENE, _TIE = "scene.toml", "tie.csv"
+_FILES = (
+    _TIE,
+    "force.csv",
+    "tension.csv",
+    "provenance.json",
+    "status.json",
+    "summary.json",
+    "log.jsonl",
+    "results.vtkhdf",
+    _SCENE,
+)
+
+
+class RunDirectory:
+    """The files of one run; every one is whole at any time.
+
+    Attributes:
+        path: the folder.
+    """
+
+    def __init__(self, path: Path) -> None:
+        """Take a folder as it is; see `create` and `open`."""
+        self.path = path
+
+    @classmethod
+    def create(cls, scene: Scene, path: Path | None = None, *, force: bool = False) -> RunDirectory:
+        """Make the folder of a new run and write its scene.
+
+        Args:
+            scene: resolved.
+            path: the folder; by default runs/<scene>-<n> with the first free n.
+            force: replace a run that is there already.
+
+        Raises:
+            InputError: the folder holds a run (without `force`) or something else, or cannot be written.
+        """
+        try:
+            run = cls(_make_folder(path, force) if path is not None else _make_default(scene.name))
+        except OSError as error:
+            raise cannot_write(Path(error.filename or path or "runs"), error) from error
+        try:
+            write_atomically(run.path / _SCENE, scene_to_toml(scene))
+        except InputError:
+            with suppress(OSError):
+                run.path.rmdir()
+            raise
+        return run
+
+    @classmethod
+    def open(cls, path: str | Path) -> RunDirectory:
+        """Take the folder of an existing run.
+
+        Raises:
+            InputError: no run is there.
+        """
+        run = cls(Path(path))
+        if not cls.is_run(run.path):
+            problem = "no run is in this folder" if run.path.is_dir() else "no such run"
+            raise InputError(problem, file=path, expected=f"a run directory, with its {_SCENE}")
+        return run
+
+    @staticmethod
+    def is_run(path: str | Path) -> bool:
+        """Whether a folder holds a run."""
+        return (Path(path) / _SCENE).is_file()
+
+    def branch(self, scene: Scene, path: Path | None = None, *, force: bool = False) -> RunDirectory:
+        """A new run that goes on from this one's tied knot with other steps or effects.
+
+        Args:
+            scene: may differ in whatever does not change the tied rods; friction may.
+            path: as for `create`.
+            force: as for `create`.
+
+        Raises:
+            InputError: this run is not tied, the scene would tie another knot, or as `create`.
+        """
+        tied = self.checkpoints.named(TIED)
+        if tied is None:
+            raise InputError(
+                "not tied yet", file=self.path, expected="a run that knotfem tie or pull has brought that far"
+            )
+        ours, theirs = _fixed_by_tying(self.scene), _fixed_by_tying(scene)
+        for key, value in ours.items():
+            if theirs[key] != value:
+                raise InputError(
+                    "differs from the tied run", file=self.path, key=key, expected="the same, or a run of its own"
+                )
+        run = RunDirectory.create(scene, path, force=force)
+        table = self.path / _TIE
+        if table.exists():
+            write_atomically(run.path / _TIE, table.read_bytes())
+        run.checkpoints.adopt(tied)
+        return run
+
+    @property
+    def tied(self) -> bool:
+        """Whether the knot is tied, so that steps can follow."""
+        return self.checkpoints.named(TIED) is not None
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The resolved scene."""
+        return load_scene(self.path / _SCENE)
+
+    @cached_property
+    def checkpoints(self) -> CheckpointStore:
+        """States to go on from."""
+        return CheckpointStore(self.path / "checkpoints")
+
+    @cached_property
+    def tie_table(self) -> Table:
+        """The table tie.csv: a row an increment of the mapping."""
+        return Table(self.path / _TIE, TIE_COLUMNS)
+
+    def force_table(self, more: Sequence[str] = ()) -> Table:
+        """The table force.csv: a row a step.
+
+        Args:
+            more: columns beside the fixed ones.
+        """
+        return Table(self.path / "force.csv", (*FORCE_COLUMNS, *more))
+
+    def tension_table(self, more: Sequence[str] = ()) -> Table:
+        """The table tension.csv: a row a section, for every stored displacement.
+
+        Args:
+            more: columns beside the fixed ones.
+        """
+        return Table(self.path / "tension.csv", (*TENSION_COLUMNS, *more))
+
+    def write_status(self, state: State, **progress: Any) -> None:
+        """Replace status.json.
+
+        Args:
+            state: of the run.
+            **progress: whatever helps a reader, such as phase, displacement_mm, fraction.
+        """
+        now = datetime.now(UTC).isoformat(timespec="seconds")
+        write_json(self.path / "status.json", {"state": state, "updated": now, "pid": os.getpid(), **progress})
+
+    def read_status(self) -> dict[str, Any]:
+        """What status.json holds.
+
+        Raises:
+            InputError: missing or damaged.
+        """
+        return read_json(self.path / "status.json")
+
+    def write_summary(self, summary: Mapping[str, Any]) -> None:
+        """Replace summary.json."""
+        write_json(self.path / "summary.json", summary)
+
+    def read_summary(self) -> dict[str, Any]:
+        """What summary.json holds.
+
+        Raises:
+            InputError: missing or damaged.
+        """
+        return read_json(self.path / "summary.json")
+
+    def log(self, **record: Any) -> None:
+        """Add a line to log.jsonl."""
+        append(self.path / "log.jsonl", json_line(record))
+
+    @contextmanager
+    def locked(self) -> Iterator[None]:
+        """Hold the run for this process; ends with the process, however that ends.
+
+        Raises:
+            InputError: another process is computing the run.
+        """
+        try:
+            import fcntl
+        except ImportError:  # Windows has no such locks
+            yield
+            return
+        with (self.path / _SCENE).open("rb") as file:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise InputError("another process is computing this run", file=self.path) from None
+            for part in self.path.rglob(f".*{PART_SUFFIX}"):
+                part.unlink(missing_ok=True)
+            yield
+
+
+def _fixed_by_tying(scene: Scene) -> dict[str, Any]:
+    return {
+        "model": scene.model,
+        "rods": scene.rods,
+        "obstacles": [obstacle.model_copy(update={"friction": 0.0}) for obstacle in scene.obstacles],
+        "contact": scene.contact.model_copy(update={"friction": 0.0, "pairs": ()}),
+        "tie": scene.tie,
+        "steps before the first that is no relax": scene.tying_steps,
+    }
+
+
+def _make_folder(path: Path, force: bool) -> Path:
+    if path.exists() and not path.is_dir():
+        raise InputError("this is a file", file=path, expected="a folder for the run")
+    if path.is_dir() and any(path.iterdir()):
+        if not RunDirectory.is_run(path):
+            raise InputError("the folder holds other files", file=path, expected="a new or empty folder")
+        if not force:
+            raise InputError(
+                "the folder holds a run already", file=path, expected="another folder, --force, or knotfem resume"
+            )
+        with RunDirectory(path).locked():
+            _clear(path)
+    path.mkdir(parents=True, exist_ok=True)
+    return path
+
+
+def _make_default(name: str, root: Path = Path("runs")) -> Path:
+    root.mkdir(parents=True, exist_ok=True)
+    number = 1
+    while True:
+        path = root / f"{name}-{number}"
+        try:
+            path.mkdir()
+        except FileExistsError:
+            number += 1
+        else:
+            return path
+
+
+def _clear(path: Path) -> None:
+    """Remove what a run wrote; files that someone else put there stay."""
+    for name in _FILES:
+        (path / name).unlink(missing_ok=True)
+    shutil.rmtree(path / "checkpoints", ignore_errors=True)

@@ -1,0 +1,117 @@
+"""Files that are whole or not there: written beside their place, then renamed."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from knotfem.errors import InputError
+
+PART_SUFFIX = ".part"
+"""Ends the names of files that are not whole yet."""
+
+
+def write_atomically(path: Path, content: str | bytes) -> None:
+    """Replace a file as a whole; a reader, a crash or a full disk never sees a part of it.
+
+    Raises:
+        InputError: the disk is full or the folder cannot be written; the old file, if any, is untouched.
+    """
+    data = content.encode() if isinstance(content, str) else content
+    temporary = path.with_name(f".{path.name}.{os.getpid()}{PART_SUFFIX}")
+    try:
+        with temporary.open("wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(path)
+    except OSError as error:
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+        raise cannot_write(path, error) from error
+
+
+def write_json(path: Path, data: Mapping[str, Any]) -> None:
+    """Write indented JSON as a whole; NaN and infinity become null.
+
+    Raises:
+        InputError: as `write_atomically`.
+    """
+    write_atomically(path, json.dumps(_plain(data), indent=2, allow_nan=False) + "\n")
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """Read a JSON object.
+
+    Raises:
+        InputError: missing, unreadable or damaged.
+    """
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"cannot be read ({error.strerror})", file=path) from None
+    except ValueError as error:
+        raise InputError(f"not a JSON file: {error}", file=path) from None
+    if not isinstance(data, dict):
+        raise InputError("not a JSON object", file=path)
+    return data
+
+
+def json_line(data: Mapping[str, Any]) -> str:
+    """One line of JSON, with its newline; NaN and infinity become null."""
+    return json.dumps(_plain(data), allow_nan=False) + "\n"
+
+
+def append(path: Path, text: str) -> None:
+    """Append to a file in one write that reaches the disk, or leave the file as it was.
+
+    Raises:
+        InputError: the disk is full or the file cannot be written.
+    """
+    data = text.encode()
+    try:
+        descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o666)
+        try:
+            length = os.fstat(descriptor).st_size
+            try:
+                if os.write(descriptor, data) < len(data):
+                    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+                os.fsync(descriptor)
+            except OSError:
+                os.ftruncate(descriptor, length)
+                raise
+        finally:
+            os.close(descriptor)
+    except OSError as error:
+        raise cannot_write(path, error) from error
+
+
+def whole_lines(path: Path) -> list[str]:
+    """Lines of a text file without a last one that a crash has cut short."""
+    text = path.read_text(encoding="utf-8")
+    return text[: text.rfind("\n") + 1].splitlines()
+
+
+def cannot_write(path: Path, error: OSError) -> InputError:
+    """The message for a file or folder that cannot be written."""
+    return InputError(
+        f"cannot be written ({error.strerror or error})", file=path, expected="a writable folder with space"
+    )
+
+
+def _plain(value: Any) -> Any:
+    """Plain JSON values from NumPy scalars, arrays, paths and tuples."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if hasattr(value, "tolist"):
+        return _plain(value.tolist())
+    if isinstance(value, float):
+        return value if abs(value) < float("inf") else None
+    return str(value) if isinstance(value, Path) else value

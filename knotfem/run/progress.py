@@ -1,0 +1,214 @@
+"""Progress of a run: a live bar on a terminal, a line a step elsewhere, JSON lines, or nothing."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import time
+from dataclasses import asdict, dataclass
+from typing import IO, Literal, Protocol
+
+LogFormat = Literal["text", "json"]
+
+
+@dataclass(frozen=True)
+class StepReport:
+    """One accepted step, as progress shows it.
+
+    Attributes:
+        phase: such as "mapping", "relax", "pull".
+        fraction: of the phase that is done, 0 to 1; NaN where nobody knows.
+        time: since the start of the phase [s].
+        displacement: of the driven ends [mm].
+        force: at the driven or loaded end [N].
+        step: size of the step [mm] or, where nothing is driven, [s].
+        contacts: surface points in contact.
+        penetration: deepest one [mm].
+        iterations: of Newton's method.
+    """
+
+    phase: str
+    fraction: float = math.nan
+    time: float = 0.0
+    displacement: float = 0.0
+    force: float = 0.0
+    step: float = 0.0
+    contacts: int = 0
+    penetration: float = 0.0
+    iterations: int = 0
+
+
+class Progress(Protocol):
+    """What the driver tells about a run; close it at the end, also after an error."""
+
+    def message(self, text: str) -> None:
+        """Say one thing, such as that kernels are being compiled."""
+        ...
+
+    def step(self, report: StepReport) -> None:
+        """Tell of an accepted step."""
+        ...
+
+    def close(self) -> None:
+        """Give the terminal back."""
+        ...
+
+
+class Silent:
+    """Says nothing."""
+
+    def message(self, text: str) -> None:
+        """Say nothing."""
+
+    def step(self, report: StepReport) -> None:
+        """Say nothing."""
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+class JsonLines:
+    """A JSON object a line."""
+
+    def __init__(self, stream: IO[str]) -> None:
+        self._stream, self._clock = stream, _Clock()
+
+    def message(self, text: str) -> None:
+        """Write {"message": ...}."""
+        self._write({"message": text})
+
+    def step(self, report: StepReport) -> None:
+        """Write the step with its unit-bearing names."""
+        left = self._clock.time_left(report)
+        fields = asdict(report) | {"time_left": left}
+        named = {_JSON_NAMES.get(name, name): value for name, value in fields.items()}
+        self._write(
+            {name: None if isinstance(value, float) and math.isnan(value) else value for name, value in named.items()}
+        )
+
+    def close(self) -> None:
+        """Do nothing."""
+
+    def _write(self, record: dict[str, object]) -> None:
+        print(json.dumps(record), file=self._stream, flush=True)
+
+
+class Lines:
+    """A line of text a step."""
+
+    def __init__(self, stream: IO[str]) -> None:
+        self._stream, self._clock = stream, _Clock()
+
+    def message(self, text: str) -> None:
+        """Write the text."""
+        print(text, file=self._stream, flush=True)
+
+    def step(self, report: StepReport) -> None:
+        """Write the step's figures."""
+        left = self._clock.time_left(report)
+        done = "" if math.isnan(report.fraction) else f"{100.0 * report.fraction:5.1f} %  "
+        print(f"{report.phase:<8}{done}{figures(report)}{_left(left)}", file=self._stream, flush=True)
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+class LiveBar:
+    """A bar that is redrawn in place; one bar a phase."""
+
+    def __init__(self, stream: IO[str]) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
+
+        columns = (
+            SpinnerColumn(),
+            TextColumn("{task.description}"),
+            BarColumn(bar_width=24),
+            TextColumn("{task.fields[figures]}"),
+        )
+        self._bar = Progress(*columns, console=Console(file=stream), refresh_per_second=4)
+        self._clock, self._phase, self._task = _Clock(), "", None
+        self._bar.start()
+
+    def message(self, text: str) -> None:
+        """Write the text above the bar."""
+        self._bar.console.print(text, markup=False, highlight=False)
+
+    def step(self, report: StepReport) -> None:
+        """Redraw."""
+        left = self._clock.time_left(report)
+        if self._task is None or report.phase != self._phase:
+            self._finish_phase()
+            self._phase, self._task = report.phase, self._bar.add_task(report.phase, total=None, figures="")
+        known = not math.isnan(report.fraction)
+        self._bar.update(
+            self._task,
+            total=1.0 if known else None,
+            completed=report.fraction if known else 0.0,
+            figures=figures(report) + _left(left),
+        )
+
+    def close(self) -> None:
+        """Stop redrawing."""
+        self._bar.stop()
+
+    def _finish_phase(self) -> None:
+        if self._task is not None:
+            self._bar.update(self._task, total=1.0, completed=1.0)
+
+
+def make_progress(*, quiet: bool = False, log_format: LogFormat = "text", stream: IO[str] | None = None) -> Progress:
+    """The kind of progress that fits.
+
+    Args:
+        quiet: say nothing.
+        log_format: "json" for JSON lines.
+        stream: where to; standard error by default, a live bar if it is a terminal.
+    """
+    target = stream or sys.stderr
+    if quiet or target is None:
+        return Silent()
+    if log_format == "json":
+        return JsonLines(target)
+    return LiveBar(target) if target.isatty() else Lines(target)
+
+
+def figures(report: StepReport) -> str:
+    """The step's figures with their units."""
+    return (
+        f"t {report.time:.3g} s  {report.displacement:.2f} mm  {report.force:.4f} N  step {report.step:.2g}"
+        f"  {report.iterations} it  {report.contacts} contacts  {report.penetration:.4f} mm deep"
+    )
+
+
+class _Clock:
+    """Time left in a phase, from the share done since the phase began."""
+
+    def __init__(self) -> None:
+        self._phase, self._start, self._fraction = "", 0.0, 0.0
+
+    def time_left(self, report: StepReport) -> float:
+        now = time.monotonic()
+        if report.phase != self._phase:
+            self._phase, self._start, self._fraction = report.phase, now, report.fraction
+        done = report.fraction - self._fraction
+        return (now - self._start) * (1.0 - report.fraction) / done if done > 0.0 else math.nan
+
+
+def _left(seconds: float) -> str:
+    if math.isnan(seconds):
+        return ""
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"  {hours}:{minutes:02d}:{rest:02d} left" if hours else f"  {minutes}:{rest:02d} left"
+
+
+_JSON_NAMES = {
+    "time": "time_s",
+    "displacement": "displacement_mm",
+    "force": "force_N",
+    "penetration": "max_penetration_mm",
+    "iterations": "newton_iterations",
+    "time_left": "time_left_s",
+}

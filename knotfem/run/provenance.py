@@ -1,0 +1,103 @@
+"""What made a run: versions, linear solver, threads, seed, start, end, exit reason."""
+
+from __future__ import annotations
+
+import os
+import platform
+import sys
+from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import knotfem
+from knotfem.run.files import read_json, write_json
+
+LIBRARIES = (
+    "numpy",
+    "scipy",
+    "numba",
+    "scikit-fem",
+    "h5py",
+    "pydantic",
+    "pint",
+    "click",
+    "gmsh",
+    "meshio",
+    "pyvista",
+    "vtk",
+    "mkl",
+)
+
+
+def library_versions() -> dict[str, str]:
+    """Versions of Python and of the installed libraries that knotfem builds on."""
+    found = {"knotfem": knotfem.__version__, "python": platform.python_version()}
+    for library in LIBRARIES:
+        try:
+            found[library] = version(library)
+        except PackageNotFoundError:
+            continue
+    return found
+
+
+class Provenance:
+    """The file provenance.json of a run; a resumed run adds a session to it.
+
+    The newest session stands at the top level too, with the start of the first one.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        """Read what earlier sessions left.
+
+        Args:
+            folder: the run directory.
+        """
+        self._path = folder / "provenance.json"
+        self._sessions: list[dict[str, Any]] = read_json(self._path)["sessions"] if self._path.exists() else []
+
+    def begin(self, *, threads: int, seed: int | None = None, linear_solver: str | None = None) -> None:
+        """Start a session.
+
+        Args:
+            threads: in use.
+            seed: of whatever draws at random, or none.
+            linear_solver: in use, where known already.
+        """
+        self._sessions.append(
+            {
+                "command": list(sys.argv),
+                "platform": platform.platform(),
+                "machine": platform.machine(),
+                "processors": os.cpu_count(),
+                "versions": library_versions(),
+                "linear_solver": linear_solver,
+                "threads": threads,
+                "seed": seed,
+                "start": _now(),
+                "end": None,
+                "exit_reason": None,
+            }
+        )
+        self._write()
+
+    def note(self, **facts: Any) -> None:
+        """Record facts of the running session, such as linear_solver="pardiso"."""
+        self._sessions[-1].update(facts)
+        self._write()
+
+    def finish(self, exit_reason: str) -> None:
+        """End the session.
+
+        Args:
+            exit_reason: "done", or what ended the run.
+        """
+        self.note(end=_now(), exit_reason=exit_reason)
+
+    def _write(self) -> None:
+        newest = {**self._sessions[-1], "start": self._sessions[0]["start"]}
+        write_json(self._path, {**newest, "sessions": self._sessions})
+
+
+def _now() -> str:
+    return datetime.now(UTC).isoformat(timespec="seconds")

@@ -1,0 +1,58 @@
+"""Ending a run in order: SIGTERM, Ctrl-C and the time limit set a flag that the run polls."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from types import FrameType, TracebackType
+from typing import Any, Self
+
+from knotfem.errors import Interrupted, KnotfemError, Stopped
+
+
+class StopRequest:
+    """While entered, takes SIGTERM and Ctrl-C as a request to stop; a second Ctrl-C interrupts at once.
+
+    Outside the main thread signals are left alone and only the time limit counts.
+    """
+
+    def __init__(self, time_limit: float | None = None) -> None:
+        """Set up.
+
+        Args:
+            time_limit: wall time after entering [s], or none.
+        """
+        self._limit, self._deadline = time_limit, float("inf")
+        self._signal: int | None = None
+        self._previous: dict[int, Any] = {}
+
+    def __enter__(self) -> Self:
+        if self._limit is not None:
+            self._deadline = time.monotonic() + self._limit
+        if threading.current_thread() is threading.main_thread():
+            self._previous = {number: signal.signal(number, self._note) for number in (signal.SIGTERM, signal.SIGINT)}
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        for number, handler in self._previous.items():
+            signal.signal(number, handler)
+
+    @property
+    def due(self) -> bool:
+        """Whether the run is to stop."""
+        return self._signal is not None or time.monotonic() >= self._deadline
+
+    def error(self) -> KnotfemError:
+        """What to raise once the checkpoint is written."""
+        if self._signal == signal.SIGINT:
+            return Interrupted("interrupted; a checkpoint is written, go on with knotfem resume")
+        reason = "the time limit is reached" if self._signal is None else "asked to stop"
+        return Stopped(f"{reason}; a checkpoint is written, go on with knotfem resume")
+
+    def _note(self, number: int, frame: FrameType | None) -> None:
+        if number == signal.SIGINT and self._signal == signal.SIGINT:
+            raise KeyboardInterrupt
+        self._signal = number
