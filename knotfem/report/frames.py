@@ -70,8 +70,7 @@ def read_frame(path: str | Path, step: int = -1) -> Frame:
         for kind, rows in count.items():
             arrays[kind] = {}
             for name, data in root[f"{kind}Data"].items():
-                moving = name in root[f"Steps/{kind}DataOffsets"]
-                start = int(root[f"Steps/{kind}DataOffsets/{name}"][step]) if moving else 0
+                start = int(root[f"Steps/{kind}DataOffsets/{name}"][step])
                 arrays[kind][name] = np.asarray(data[start : start + rows])
         start = int(root["Steps/PointOffsets"][step])
         points = np.asarray(root["Points"][start : start + count["Point"]], dtype=np.float64)

@@ -60,6 +60,7 @@ def write_constant(root: Any, kind: str, name: str, values: NDArray[Any]) -> Non
     if len(values) != rows:
         raise ValueError(f"{name} has {len(values)} rows, the mesh has {rows}")
     root[kind].create_dataset(name, data=as_stored(values), **_PACKED)
+    _new_offsets(root["Steps"][f"{kind}Offsets"], name)
 
 
 def stored_bytes(frame: Frame) -> int:
@@ -85,11 +86,15 @@ def append_frame(root: Any, frame: Frame) -> None:
         ("PointData", points, {"displacement": displacement, **frame.point_data}),
         ("CellData", cells, frame.cell_data),
     ):
-        offsets = steps[f"{kind}Offsets"]
-        if count and set(offsets) != set(arrays):
-            raise ValueError(f"this step has the {kind} {sorted(arrays)}, those before have {sorted(offsets)}")
+        data, offsets = root[kind], steps[f"{kind}Offsets"]
+        constant = {name for name in data if data[name].maxshape[0] is not None}
+        before = set(data) - constant if count else set(arrays) - constant
+        if before != set(arrays):
+            raise ValueError(f"this step has the {kind} {sorted(arrays)}, expected {sorted(before)}")
         for name, values in arrays.items():
-            _append_array(root[kind], offsets, name, as_stored(values), rows, count)
+            _append_array(data, offsets, name, as_stored(values), rows, count)
+        for name in constant:
+            _extend(offsets[name], [0])
     _extend(root["Points"], frame.points)
     _extend(steps["PointOffsets"], [count * points])
     for name, value in (("Values", [frame.time]), ("PartOffsets", [0]), ("NumberOfParts", [1])):
@@ -105,10 +110,7 @@ def _append_array(data: Any, offsets: Any, name: str, values: NDArray[Any], rows
     if name not in data:
         tail = values.shape[1:]
         data.create_dataset(name, (0, *tail), values.dtype, maxshape=(None, *tail), chunks=values.shape, **_PACKED)
-    if name not in offsets:
-        if len(data[name]):
-            raise ValueError(f"{name} was declared as an array that never changes")
-        offsets.create_dataset(name, (0,), np.int64, maxshape=(None,), chunks=(1024,))
+        _new_offsets(offsets, name)
     if data[name].shape[1:] != values.shape[1:]:
         raise ValueError(f"{name} has shape {values.shape}, the steps before have {data[name].shape[1:]} components")
     _extend(data[name], values)
@@ -116,7 +118,7 @@ def _append_array(data: Any, offsets: Any, name: str, values: NDArray[Any], rows
 
 
 def truncate(root: Any, count: int) -> None:
-    """Keep the first `count` steps."""
+    """Keep the first `count` steps; with none left, the next step may bring other arrays."""
     steps = root["Steps"]
     steps.attrs["NSteps"] = count
     points, cells = int(root["NumberOfPoints"][0]), int(root["NumberOfCells"][0])
@@ -124,9 +126,19 @@ def truncate(root: Any, count: int) -> None:
         steps[name].resize(count, axis=0)
     root["Points"].resize(count * points, axis=0)
     for kind, rows in (("PointData", points), ("CellData", cells)):
-        for name, offsets in steps[f"{kind}Offsets"].items():
-            offsets.resize(count, axis=0)
-            root[kind][name].resize(count * rows, axis=0)
+        data, offsets = root[kind], steps[f"{kind}Offsets"]
+        for name in list(data):
+            if data[name].maxshape[0] is not None:
+                offsets[name].resize(count, axis=0)
+            elif count:
+                offsets[name].resize(count, axis=0)
+                data[name].resize(count * rows, axis=0)
+            else:
+                del data[name], offsets[name]
+
+
+def _new_offsets(group: Any, name: str) -> None:
+    group.create_dataset(name, (0,), np.int64, maxshape=(None,), chunks=(1024,))
 
 
 def _extend(dataset: Any, rows: Any) -> None:

@@ -1,0 +1,93 @@
+import numpy as np
+import pytest
+
+from knotfem.errors import InputError, MissingDependency
+from knotfem.mesh.rod import RodMesh, extrude
+from knotfem.mesh.section import read_section
+from knotfem.report import opengl
+from knotfem.report.render import Camera, Cylinder, render_mesh, zoomed
+
+
+@pytest.fixture(scope="module")
+def rod(pytestconfig) -> RodMesh:
+    return extrude(read_section(pytestconfig.rootpath / "meshes/sections/section_12.msh"), 3.0, 40.0, 20)
+
+
+def picture(path) -> np.ndarray:
+    from PIL import Image
+
+    return np.asarray(Image.open(path).convert("RGB")).astype(int)
+
+
+def draw(rod: RodMesh, out, **options) -> np.ndarray | None:
+    """The picture; nothing on a machine without OpenGL, which must say so."""
+    if opengl.find_window() is None:
+        with pytest.raises(MissingDependency, match="apt-get install"):
+            render_mesh(rod.nodes, rod.hexes, out, **options)
+        return None
+    render_mesh(rod.nodes, rod.hexes, out, **options)
+    return picture(out)
+
+
+def test_a_standing_rod_fills_the_picture_upright_and_coloured_from_low_to_high(rod, tmp_path):
+    pixels = draw(rod, tmp_path / "a.png", scalars=rod.nodes[:, 2], rings=[rod.ring_nodes], size=(150, 400),
+                  camera=Camera(direction=(0, 1, 0)), colour_map="coolwarm", title="rod", label="z (mm)")  # fmt: skip
+    if pixels is None:
+        return
+    assert pixels.shape == (400, 150, 3)
+    middle = pixels[:, 40:70].reshape(400, -1, 3)
+    drawn = (middle.min(axis=2) < 200).any(axis=1)
+    assert drawn[60:340].all()
+    top, bottom = middle[80].mean(axis=0), middle[320].mean(axis=0)
+    assert top[0] > top[2]
+    assert bottom[2] > bottom[0]
+
+
+def test_cell_values_colour_as_nodal_ones_and_facets_can_be_drawn(rod, tmp_path):
+    cells = rod.nodes[rod.hexes, 2].mean(axis=1)
+    smooth = draw(rod, tmp_path / "a.png", scalars=cells, rings=[rod.ring_nodes], size=(120, 200))
+    facets = draw(rod, tmp_path / "b.png", scalars=cells, size=(120, 200), limits=(0.0, 40.0))
+    if smooth is not None and facets is not None:
+        assert np.abs(smooth - facets).mean() < 12
+        assert (smooth != facets).any()
+
+
+def test_an_endless_cylinder_is_grey_and_as_long_as_the_rod_lies_around_it(rod, tmp_path):
+    bare = draw(rod, tmp_path / "a.png", rings=[rod.ring_nodes], size=(200, 200))
+    cylinder = Cylinder((10.0, 0.0, 20.0), (0.0, 1.0, 0.0), 5.0)
+    with_it = draw(rod, tmp_path / "b.png", rings=[rod.ring_nodes], cylinders=[cylinder], size=(200, 200))
+    if bare is None or with_it is None:
+        return
+    added = (np.abs(bare - with_it).max(axis=2) > 20) & (np.ptp(with_it, axis=2) < 25)
+    assert 100 < added.sum() < 4000
+
+
+def test_zooming_shows_the_target_larger(rod, tmp_path):
+    far = draw(rod, tmp_path / "a.png", rings=[rod.ring_nodes], size=(100, 100))
+    near = draw(rod, tmp_path / "b.png", rings=[rod.ring_nodes], size=(100, 100),
+                camera=zoomed(Camera(), rod.nodes[rod.axis_nodes[8:12]], 3.0))  # fmt: skip
+    if far is not None and near is not None:
+        assert (near.min(axis=2) < 200).sum() > 2 * (far.min(axis=2) < 200).sum()
+
+
+def test_refusals_come_before_any_drawing(rod, tmp_path):
+    with pytest.raises(InputError, match=r"found \.jpg; expected \.png"):
+        render_mesh(rod.nodes, rod.hexes, tmp_path / "a.jpg")
+    with pytest.raises(InputError, match="scalars do not fit"):
+        render_mesh(rod.nodes, rod.hexes, tmp_path / "a.png", scalars=np.zeros(7))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_without_opengl_the_message_names_the_cure(rod, tmp_path, monkeypatch):
+    monkeypatch.setattr(opengl, "find_window", lambda: None)
+    with pytest.raises(MissingDependency, match="apt-get install libegl1"):
+        render_mesh(rod.nodes, rod.hexes, tmp_path / "a.png")
+
+
+def test_a_window_that_crashes_is_not_chosen(monkeypatch):
+    monkeypatch.setattr(opengl, "_DRAW", "import os; os.abort()")
+    monkeypatch.setattr("sys.platform", "linux")
+    assert opengl.find_window.__wrapped__() is None
+    monkeypatch.setattr(opengl, "_DRAW", "import os; print('drawn by', os.environ['VTK_DEFAULT_OPENGL_WINDOW'])")
+    monkeypatch.delenv("VTK_DEFAULT_OPENGL_WINDOW", raising=False)
+    assert opengl.find_window.__wrapped__() == "vtkEGLRenderWindow"
