@@ -28,10 +28,9 @@ def stationary_times(start: Array, end: Array, bump: Array) -> Array:
     times[:, 0] = 0.0
     cuts = np.empty(4)
     for i in range(n):
-        aa = ab = ac = bb = bc = cc = 0.0
+        ab = ac = bb = bc = cc = 0.0
         for k in range(3):
             a, b, c = start[k], end[i, k] - start[k] + bump[i, k], -bump[i, k]
-            aa += a * a
             ab += a * b
             ac += a * c
             bb += b * b

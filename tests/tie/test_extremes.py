@@ -34,6 +34,26 @@ def test_three_turning_points_of_one_edge():
     np.testing.assert_allclose(inner, expected, atol=1e-14)
 
 
+def test_all_roots_of_the_slope_are_found():
+    rng = np.random.default_rng(11)
+    start = np.array([1.0, 0.0, 0.0])
+    end = rng.normal(size=(300, 3)) + np.array([-1.0, 0.0, 0.0])
+    bump = rng.normal(size=(300, 3)) + np.array([0.0, 5.0, 0.0])
+    found = stationary_times(start, end, bump)
+    linear, square = end - start + bump, -bump
+    counts = []
+    for i in range(300):
+        quartic = np.zeros(5)
+        for a in range(3):
+            quartic = quartic + np.convolve(*2 * [[square[i, a], linear[i, a], start[a]]])
+        roots = np.roots(np.polyder(quartic))
+        real = np.sort(roots[(abs(roots.imag) < 1e-9) & (roots.real > 0.0) & (roots.real < 1.0)].real)
+        inner = found[i, 2:]
+        np.testing.assert_allclose(np.sort(inner[inner < 1.0]), real, atol=1e-9)
+        counts.append(len(real))
+    assert set(counts) == {0, 1, 2, 3}
+
+
 def test_deviation_counts_compression_and_extension():
     start, still = np.array([0.0, 0.0, 1.0]), np.zeros((2, 3))
     assert deviation(start, np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 1.25]]), still) == pytest.approx(0.25)

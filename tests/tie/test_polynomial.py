@@ -15,12 +15,14 @@ from knotfem.tie.minimax import Minimax, smoothed_deviation
 @pytest.mark.parametrize("free", [False, True])
 def test_bowline_at_the_default_threshold_is_quick(bowline, free):
     direction = "best" if free else (0.0, 0.0, 1.0)
-    make_path("polynomial", bowline, direction=direction)
-    began = time.perf_counter()
-    path = make_path("polynomial", bowline, direction=direction)
-    assert time.perf_counter() - began < 1.0
-    told = path.describe()
+    seconds = []
+    for _ in range(3):
+        began = time.perf_counter()
+        told = make_path("polynomial", bowline, direction=direction).describe()
+        seconds.append(time.perf_counter() - began)
+    assert min(seconds) < 1.0
     assert told["max_stretch_deviation"] < 0.3
+    assert free or told["max_stretch_deviation"] > 0.25
     assert told["degree"] == 8
     assert told["direction_optimised"] == free
     assert json.loads(json.dumps(told)) == told
