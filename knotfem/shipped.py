@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import difflib
 from importlib.resources import files
 from pathlib import Path
 
 from knotfem.errors import InputError
+from knotfem.names import suggestion
 
 
 def _folder(package: str) -> Path:
@@ -40,9 +40,7 @@ def _sections() -> dict[int, Path]:
 def _pick(kind: str, name: str, known: dict[str, Path]) -> Path:
     if name in known:
         return known[name]
-    close = difflib.get_close_matches(name, known, n=1)
-    hint = f"did you mean {close[0]}? " if close else ""
-    raise InputError(f"no shipped {kind} has this name", found=f'"{name}"', expected=f"{hint}one of {', '.join(known)}")
+    raise InputError(f"no shipped {kind} has this name", found=f'"{name}"', expected=suggestion(name, known))
 
 
 def scene_names() -> list[str]:
@@ -90,3 +88,13 @@ def section_path(count: int) -> Path:
             "no ready-made cross-section", found=count, expected=f"one of {', '.join(map(str, known))} elements"
         )
     return known[count]
+
+
+def centerline_title(name: str) -> str:
+    """What a shipped centreline is: its file's first comment line.
+
+    Raises:
+        InputError: no such centreline.
+    """
+    with centerline_path(name).open(encoding="utf-8") as file:
+        return file.readline().lstrip("# ").partition(": ")[2].strip()

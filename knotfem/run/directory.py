@@ -24,6 +24,7 @@ State = Literal["running", "done", "failed", "stopped"]
 TIED = "tied"
 """Name of the checkpoint at the end of tying, which stays."""
 
+_SETTINGS = ("solver", "output")
 _SCENE, _TIE = "scene.toml", "tie.csv"
 _FILES = (
     _TIE,
@@ -66,7 +67,7 @@ class RunDirectory:
         except OSError as error:
             raise cannot_write(Path(error.filename or path or "runs"), error) from error
         try:
-            write_atomically(run.path / _SCENE, scene_to_toml(scene))
+            write_atomically(run.scene_file, scene_to_toml(scene))
         except InputError:
             with suppress(OSError):
                 run.path.rmdir()
@@ -120,15 +121,36 @@ class RunDirectory:
         run.checkpoints.adopt(tied)
         return run
 
+    def override(self, overrides: Sequence[str]) -> None:
+        """Compute from here on with other settings, which leave what is computed as it is; scene.toml stays.
+
+        Args:
+            overrides: as for `load_scene`, of keys under solver and output.
+
+        Raises:
+            InputError: an override of something else.
+        """
+        changed = load_scene(self.scene_file, overrides)
+        for key in type(changed).model_fields:
+            if key not in _SETTINGS and getattr(changed, key) != getattr(self.scene, key):
+                expected = f"{' or '.join(_SETTINGS)}: the rest of a run stays, start another with -o"
+                raise InputError("cannot change in a run", file="--set", key=key, expected=expected)
+        self.scene = changed
+
     @property
     def tied(self) -> bool:
         """Whether the knot is tied, so that steps can follow."""
         return self.checkpoints.named(TIED) is not None
 
+    @property
+    def scene_file(self) -> Path:
+        """The file of the resolved scene."""
+        return self.path / _SCENE
+
     @cached_property
     def scene(self) -> Scene:
         """The resolved scene."""
-        return load_scene(self.path / _SCENE)
+        return load_scene(self.scene_file)
 
     @cached_property
     def checkpoints(self) -> CheckpointStore:
@@ -202,7 +224,7 @@ class RunDirectory:
         except ImportError:  # Windows has no such locks
             yield
             return
-        with (self.path / _SCENE).open("rb") as file:
+        with self.scene_file.open("rb") as file:
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:

@@ -44,6 +44,26 @@ def load_scene(source: str | Path, overrides: Sequence[str] = ()) -> Scene:
         raise _locate(input_error(error, tables), path, overrides) from None
 
 
+def describe(name: str, overrides: Sequence[str] = ()) -> str | None:
+    """One line about a shipped scene; none if it refuses the overrides.
+
+    Args:
+        name: of the scene.
+        overrides: as for `load_scene`; without any, the scene is not validated.
+
+    Raises:
+        InputError: something that is no override at all.
+    """
+    for override in overrides:
+        _split(override)
+    if not overrides:
+        return str(read_toml(shipped.scene_path(name)).get("description", ""))
+    try:
+        return load_scene(name, overrides).description
+    except InputError:
+        return None
+
+
 def read_toml(path: Path) -> dict[str, Any]:
     """Read a TOML file.
 
@@ -63,11 +83,8 @@ def read_toml(path: Path) -> dict[str, Any]:
 
 
 def _override(tables: dict[str, Any], text: str) -> None:
-    key, equals, value = text.partition("=")
-    parts = key.strip().split(".")
-    if not equals or not all(parts):
-        expected = 'key.path=value, such as "rods.0.length=500 mm"'
-        raise InputError("not an override", key="--set", found=f'"{text}"', expected=expected)
+    key, value = _split(text)
+    parts = key.split(".")
     place: Any = tables
     for index, part in enumerate(parts[:-1]):
         step = _step_into(place, part, ".".join(parts[: index + 1]))
@@ -77,6 +94,14 @@ def _override(tables: dict[str, Any], text: str) -> None:
         place[step] = _value(value)
     elif isinstance(place, list) or step in place:
         del place[step]
+
+
+def _split(override: str) -> tuple[str, str]:
+    key, equals, value = override.partition("=")
+    if not equals or not all(key.strip().split(".")):
+        expected = 'key.path=value, such as "rods.0.length=500 mm"'
+        raise InputError("not an override", key="--set", found=f'"{override}"', expected=expected)
+    return key.strip(), value
 
 
 def _step_into(place: object, part: str, key: str) -> Any:
@@ -110,7 +135,7 @@ def _make_absolute(tables: dict[str, Any], folder: Path) -> None:
 def _locate(error: InputError, path: Path, overrides: Sequence[str]) -> InputError:
     """Name the override where it set the key, else the file."""
     key = f"{error.key}."
-    set_keys = [f"{override.partition('=')[0].strip()}." for override in overrides]
+    set_keys = [f"{_split(override)[0]}." for override in overrides]
     overridden = any(key.startswith(set_key) or set_key.startswith(key) for set_key in set_keys)
     file = "--set" if overridden else path
     return InputError(error.problem, file=file, key=error.key, found=error.found, expected=error.expected)

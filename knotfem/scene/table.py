@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Mapping
 from typing import Annotated, Any
@@ -11,6 +10,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, Valid
 from pydantic_core import ErrorDetails, PydanticCustomError
 
 from knotfem.errors import InputError
+from knotfem.names import suggestion
 from knotfem.scene.quantity import Length, Quantity
 
 
@@ -26,7 +26,7 @@ class Table(BaseModel):
             return data
         for key in data:
             if key not in cls.model_fields:
-                raise refusal("unknown key", at=str(key), expected=_suggestion(str(key), list(cls.model_fields)))
+                raise refusal("unknown key", at=str(key), expected=suggestion(str(key), list(cls.model_fields)))
         for key, field in cls.model_fields.items():
             if field.is_required() and key not in data:
                 quantities = [entry for entry in field.metadata if isinstance(entry, Quantity)]
@@ -55,7 +55,7 @@ def known_name(name: str, known: list[str], what: str, *, at: str) -> None:
         PydanticCustomError: with the closest known name.
     """
     if name not in known:
-        raise refusal(f"no {what} has this name", at=at, found=f'"{name}"', expected=_suggestion(name, known))
+        raise refusal(f"no {what} has this name", at=at, found=f'"{name}"', expected=suggestion(name, known))
 
 
 def input_error(error: ValidationError, data: object) -> InputError:
@@ -81,10 +81,10 @@ def _explain(detail: ErrorDetails) -> tuple[str, str | None]:
             return context["problem"], context["expected"] or None
         case "literal_error":
             names = [part.strip("'") for part in context["expected"].replace(" or ", ", ").split(", ")]
-            return "unknown choice", _suggestion(str(detail["input"]), names)
+            return "unknown choice", suggestion(str(detail["input"]), names)
         case "union_tag_invalid":
             names = [part.strip("'") for part in context["expected_tags"].split(", ")]
-            return "unknown choice", _suggestion(context["tag"], names)
+            return "unknown choice", suggestion(context["tag"], names)
         case "union_tag_not_found":
             return "missing key", "a value"
         case "string_pattern_mismatch":
@@ -115,14 +115,6 @@ def _key(detail: ErrorDetails, data: object) -> str:
     if detail["type"].startswith("union_tag"):
         parts.append(context["discriminator"].strip("'"))
     return ".".join(parts)
-
-
-def _suggestion(name: str, known: list[str]) -> str:
-    close = difflib.get_close_matches(name, known, n=1)
-    listed = ", ".join(other for other in known if other not in close)
-    if not close:
-        return f"one of {listed}"
-    return f'"{close[0]}", or one of {listed}' if listed else f'"{close[0]}"'
 
 
 def _found(detail: ErrorDetails) -> str | None:

@@ -1,0 +1,36 @@
+"""`knotfem check`."""
+
+from __future__ import annotations
+
+import json
+
+import click
+
+from knotfem_cli.common import Verb, facts, model_option, shared_options, with_model
+
+
+@click.command(cls=Verb)
+@click.argument("scene")
+@model_option
+@shared_options
+def check(scene: str, model: str | None, overrides: tuple[str, ...], quiet: bool, log_format: str) -> None:
+    """Validate a scene and say what it would take; run nothing.
+
+    Prints the resolved scene with every default, the effects that will run and those that will not, degrees of
+    freedom, expected memory and time. With --quiet, only whether the scene is right.
+
+    \b
+    Example:
+      knotfem check bowline --set 'rods.0.mesh.element_length=1 mm'
+    """
+    from knotfem.scene import load_scene, scene_to_toml
+
+    resolved = load_scene(scene, with_model(overrides, model))
+    from knotfem.run.inspect import check as inspect
+
+    found = inspect(resolved)
+    if log_format == "json":
+        click.echo(json.dumps({"scene": resolved.model_dump(mode="json"), **found}))
+    elif not quiet:
+        click.echo(scene_to_toml(resolved))
+        click.echo(facts(found))

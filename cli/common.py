@@ -1,0 +1,119 @@
+"""What the verbs share: their options, error messages and the frame of a computation."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from knotfem.errors import InputError, KnotfemError
+
+if TYPE_CHECKING:
+    from knotfem.run.directory import RunDirectory
+    from knotfem.run.progress import Progress
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+run_argument = click.argument("run", metavar="RUN")
+output_option = click.option("-o", "--output", type=click.Path(path_type=Path), help="Where to write.")
+force_option = click.option("--force", is_flag=True, help="Replace the run that is there.")
+model_option = click.option("--model", type=click.Choice(["fem", "rod"]), help="Hexahedra or the reduced rod model.")
+at_option = click.option("--at", metavar="LENGTH", help='A stored displacement, such as "60 mm"; the last by default.')
+
+
+def shared_options(command: F) -> F:
+    """The options of every verb."""
+    options = (
+        click.option(
+            "--set",
+            "overrides",
+            metavar="KEY=VALUE",
+            multiple=True,
+            help='Change a key of the scene, such as rods.0.length="500 mm"; none removes it.',
+        ),
+        click.option("--quiet", is_flag=True, help="No progress."),
+        click.option("--log-format", type=click.Choice(["text", "json"]), default="text", show_default=True),
+    )
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+class Verb(click.Command):
+    """Turns the errors that a user can meet into one message and an exit code."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the verb."""
+        try:
+            return super().invoke(ctx)
+        except KnotfemError as error:
+            if ctx.params.get("log_format") == "json":
+                click.echo(json.dumps({"error": str(error), "exit_code": error.exit_code}), err=True)
+            else:
+                click.echo(f"knotfem: {error}", err=True)
+            ctx.exit(error.exit_code)
+
+
+def with_model(overrides: tuple[str, ...], model: str | None) -> tuple[str, ...]:
+    """The overrides, with the one that --model stands for."""
+    return overrides if model is None else (*overrides, f"model={model}")
+
+
+def displacement(at: str | None) -> float | None:
+    """The value of --at [mm]."""
+    if at is None:
+        return None
+    from knotfem.scene.quantity import LENGTH, parse_quantity
+
+    return parse_quantity(at, LENGTH, "--at")
+
+
+def open_run(path: str, overrides: tuple[str, ...]) -> RunDirectory:
+    """An existing run, its solver and output settings changed as asked."""
+    from knotfem.run.directory import RunDirectory
+
+    run = RunDirectory.open(path)
+    if overrides:
+        run.override(overrides)
+    return run
+
+
+@contextmanager
+def computing(run: RunDirectory, quiet: bool, log_format: str) -> Iterator[Progress]:
+    """Hold the run, show progress, and say at the end where the results are."""
+    from knotfem.run.progress import make_progress
+
+    progress = make_progress(quiet=quiet, log_format="json" if log_format == "json" else "text")
+    try:
+        progress.message(f"run directory {run.path}")
+        with run.locked():
+            yield progress
+    finally:
+        progress.close()
+    try:
+        summary = run.read_summary()
+    except InputError:
+        summary = {}
+    if log_format == "json":
+        click.echo(json.dumps({"run": str(run.path), **summary}))
+        return
+    if not quiet:
+        click.echo(facts(summary), err=True)
+    click.echo(run.path)
+
+
+def facts(values: Mapping[str, Any], indent: str = "") -> str:
+    """Lines of names and values, tables below their name."""
+    width = max((len(key) for key in values), default=0)
+    lines: list[str] = []
+    for key, value in values.items():
+        if isinstance(value, Mapping):
+            lines += [f"{indent}{key}", facts(value, indent + "  ")]
+        else:
+            shown = f"{value:.6g}" if isinstance(value, float) else "-" if value is None else str(value)
+            lines.append(f"{indent}{key:<{width}}  {shown}")
+    return "\n".join(line for line in lines if line)

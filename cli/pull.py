@@ -1,0 +1,68 @@
+"""`knotfem pull`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from knotfem_cli.common import (
+    Verb,
+    computing,
+    force_option,
+    model_option,
+    open_run,
+    output_option,
+    shared_options,
+    with_model,
+)
+
+if TYPE_CHECKING:
+    from knotfem.run.directory import RunDirectory
+
+
+@click.command(cls=Verb)
+@click.argument("source", metavar="SCENE|RUN")
+@output_option
+@force_option
+@model_option
+@shared_options
+def pull(
+    source: str,
+    output: Path | None,
+    force: bool,
+    model: str | None,
+    overrides: tuple[str, ...],
+    quiet: bool,
+    log_format: str,
+) -> None:
+    """Pull the knot: force against displacement. Ties first what is not tied yet.
+
+    A RUN goes on in its own directory or, with -o, as another run from the same tied knot, then with other steps,
+    friction or effects if --set says so. Prints the run directory.
+
+    \b
+    Example:
+      knotfem pull bowline
+      knotfem tie bowline -o knot
+      knotfem pull knot -o firm --set contact.friction=0.37
+    """
+    run = _prepare(source, output, force, with_model(overrides, model))
+    from knotfem.run import driver
+
+    with computing(run, quiet, log_format) as progress:
+        driver.pull(run.scene, run, progress)
+
+
+def _prepare(source: str, output: Path | None, force: bool, overrides: tuple[str, ...]) -> RunDirectory:
+    from knotfem.run.directory import RunDirectory
+    from knotfem.scene import load_scene
+
+    if not Path(source).is_dir():
+        return RunDirectory.create(load_scene(source, overrides), output, force=force)
+    if output is None:
+        return open_run(source, overrides)
+    run = RunDirectory.open(source)
+    scene = load_scene(run.scene_file, overrides)
+    return run.branch(scene, output, force=force) if run.tied else RunDirectory.create(scene, output, force=force)

@@ -1,0 +1,43 @@
+"""`knotfem render`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from knotfem_cli.common import Verb, at_option, displacement, open_run, output_option, run_argument, shared_options
+
+
+@click.command(cls=Verb)
+@run_argument
+@output_option
+@at_option
+@click.option(
+    "--colour",
+    type=click.Choice(["strain", "tension", "pressure", "none"]),
+    default="strain",
+    show_default=True,
+    help="What colours the rod.",
+)
+@shared_options
+def render(
+    run: str, output: Path | None, at: str | None, colour: str, overrides: tuple[str, ...], quiet: bool, log_format: str
+) -> None:
+    """Draw the knot, without a screen. Prints the picture's file name, in the run directory by default.
+
+    \b
+    Example:
+      knotfem render runs/bowline-1 -o knot.png --colour tension
+    """
+    import json
+
+    directory, millimetres = open_run(run, overrides), displacement(at)
+    out = output or directory.path / f"{colour}.png"
+    from knotfem.report.render import render as draw
+
+    draw(directory, out, colour, millimetres)
+    if log_format == "json":
+        click.echo(json.dumps({"picture": str(out)}))
+    elif not quiet:
+        click.echo(out)

@@ -1,0 +1,47 @@
+"""`knotfem tension`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from knotfem_cli.common import Verb, at_option, displacement, open_run, output_option, run_argument, shared_options
+
+
+@click.command(cls=Verb)
+@run_argument
+@output_option
+@at_option
+@shared_options
+def tension(
+    run: str, output: Path | None, at: str | None, overrides: tuple[str, ...], quiet: bool, log_format: str
+) -> None:
+    """Write the tension profile along the centreline.
+
+    A CSV table on standard output, or into the file that -o names; with --log-format json, columns as JSON.
+
+    \b
+    Example:
+      knotfem tension runs/bowline-1 -o tension.csv
+      knotfem tension runs/bowline-1 --at "60 mm"
+    """
+    import json
+
+    directory, millimetres = open_run(run, overrides), displacement(at)
+    from knotfem.run.profile import tension as profile
+    from knotfem.run.tables import table_text, write_table
+
+    columns = profile(directory, millimetres)
+    if output is not None:
+        write_table(output, columns)
+    elif log_format == "json":
+        click.echo(json.dumps({name: column.tolist() for name, column in columns.items()}))
+    else:
+        click.echo(table_text(columns), nl=False)
+    if not quiet and log_format == "text":
+        force = columns["tension_N"]
+        click.echo(
+            f"tension {force[0]:.4f} N at the start, {force[-1]:.4f} N at the end, at most {force.max():.4f} N",
+            err=True,
+        )

@@ -1,0 +1,53 @@
+"""`knotfem tie`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from knotfem_cli.common import Verb, computing, force_option, model_option, output_option, shared_options, with_model
+
+
+@click.command(cls=Verb)
+@click.argument("scene")
+@output_option
+@force_option
+@model_option
+@click.option(
+    "--path",
+    "tie_path",
+    type=click.Choice(["polynomial", "linear", "inextensible", "direct"]),
+    help="The mapping; as the scene says by default.",
+)
+@shared_options
+def tie(
+    scene: str,
+    output: Path | None,
+    force: bool,
+    model: str | None,
+    tie_path: str | None,
+    overrides: tuple[str, ...],
+    quiet: bool,
+    log_format: str,
+) -> None:
+    """Tie the knot by mapping its centreline.
+
+    Ends with the loose knot in equilibrium, contact on. SCENE is a TOML file or a shipped name. Prints the run
+    directory.
+
+    \b
+    Example:
+      knotfem tie bowline -o knot
+      knotfem tie bowline --path linear
+    """
+    from knotfem.run.directory import RunDirectory
+    from knotfem.scene import load_scene
+
+    chosen = overrides if tie_path is None else (*overrides, f"tie.path={tie_path}")
+    resolved = load_scene(scene, with_model(chosen, model))
+    run = RunDirectory.create(resolved, output, force=force)
+    from knotfem.run import driver
+
+    with computing(run, quiet, log_format) as progress:
+        driver.tie(resolved, run, progress)

@@ -1,0 +1,86 @@
+"""What this machine has: libraries, linear solvers, OpenGL, threads, the folder of compiled kernels."""
+
+from __future__ import annotations
+
+import os
+import platform
+from collections.abc import Mapping
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from knotfem.errors import MissingDependency
+from knotfem.run.provenance import library_versions
+from knotfem.scene.control import Solver
+
+
+def describe() -> dict[str, Any]:
+    """Facts by topic, each a table of names and values that JSON holds."""
+    from knotfem.solver.linear import available
+
+    solvers = available()
+    return {
+        "versions": library_versions(),
+        "machine": {"platform": platform.platform(), "processor": platform.machine(), "memory_gb": _memory()},
+        "linear solvers": {
+            "pardiso": "works" if "pardiso" in solvers else "missing; cure: pip install mkl (x86-64 only)",
+            "superlu": "works (SciPy)",
+            "auto takes": solvers[0],
+        },
+        "threads": {"processors": os.cpu_count(), "usable": usable_threads(), **_thread_settings()},
+        "pictures": _pictures(),
+        "compiled kernels": {
+            "folder": str(_cache_folder()),
+            "writable": os.access(_existing(_cache_folder()), os.W_OK),
+        },
+    }
+
+
+def usable_threads() -> int:
+    """Processors that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def require(solver: Solver) -> None:
+    """Check that this machine has what a scene's solver asks for.
+
+    Raises:
+        MissingDependency: the linear solver is missing; names the cure.
+    """
+    from knotfem.solver.linear import available
+
+    if solver.linear not in ("auto", *available()):
+        raise MissingDependency(f"the linear solver {solver.linear} is missing; cure: pip install mkl (x86-64 only)")
+
+
+def _thread_settings() -> Mapping[str, str]:
+    names = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+    return {name: os.environ[name] for name in names if name in os.environ}
+
+
+def _memory() -> float:
+    import psutil
+
+    return round(psutil.virtual_memory().total / 1e9, 1)
+
+
+def _pictures() -> dict[str, str]:
+    from knotfem.report.opengl import CURE, find_window
+
+    missing = [name for name in ("matplotlib", "pyvista", "gmsh", "meshio") if find_spec(name) is None]
+    window = find_window() if "pyvista" not in missing else None
+    return {
+        "missing libraries": ", ".join(missing) or "none",
+        "OpenGL off screen": f"works ({window})" if window else f"missing; cure: {CURE}",
+        "display": os.environ.get("DISPLAY", "none"),
+    }
+
+
+def _cache_folder() -> Path:
+    """Where numba keeps compiled kernels: the folder it is told, or the library's own."""
+    told = os.environ.get("NUMBA_CACHE_DIR")
+    return Path(told) if told else Path(__file__).parents[1] / "effects" / "__pycache__"
+
+
+def _existing(path: Path) -> Path:
+    return path if path.exists() else _existing(path.parent)
