@@ -217,7 +217,7 @@ def _recognise(points: FloatArray, quads: IntArray, file: Path | None) -> Sectio
 
     if np.hypot(*points[0]) > _ON_CIRCLE:
         raise InputError("a cross-section has a node at the origin, on the rod's axis", file=file)
-    ring = _boundary(quads, file)
+    ring = _boundary(points, quads, file)
     expected = 2 * np.pi * np.arange(len(ring)) / len(ring)
     circle = np.column_stack([np.cos(expected), np.sin(expected)])
     error = float(np.abs(points[ring] - circle).max())
@@ -233,12 +233,12 @@ def _recognise(points: FloatArray, quads: IntArray, file: Path | None) -> Sectio
     return section
 
 
-def _boundary(quads: IntArray, file: Path | None) -> IntArray:
-    """Boundary nodes in counter-clockwise order from angle 0; nodes are numbered by radius, then by angle."""
+def _boundary(points: FloatArray, quads: IntArray, file: Path | None) -> IntArray:
+    """Boundary nodes in counter-clockwise order, from the one furthest along x."""
     edges = np.column_stack([quads.ravel(), np.roll(quads, -1, axis=1).ravel()])
     directed = {(int(a), int(b)) for a, b in edges}
     following = {a: b for a, b in directed if (b, a) not in directed}
-    first = min(following, default=0)
+    first = max(following, key=lambda node: points[node, 0], default=0)
     ring = [first]
     while len(ring) <= len(following) and (node := following.get(ring[-1], first)) != first:
         ring.append(node)

@@ -83,3 +83,18 @@ def test_refusals(rod, tmp_path):
     with pytest.raises(InputError, match="cannot be written"):
         export(rod, tmp_path / "absent" / "rod.vtu")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("suffix", ["msh", "vtu", "inp"])
+def test_a_failing_write_leaves_the_old_file_and_no_other(rod, tmp_path, monkeypatch, suffix):
+    path = tmp_path / f"rod.{suffix}"
+    path.write_text("old")
+
+    def fail(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(type(path), "replace", fail)
+    with pytest.raises(InputError, match="No space left"):
+        export(rod, path)
+    assert [p.name for p in tmp_path.iterdir()] == [path.name]
+    assert path.read_text() == "old"
