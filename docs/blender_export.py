@@ -1,7 +1,8 @@
 """Write the active curve object for knotfem. Run inside Blender: Scripting workspace, open this file, set PATH, run.
 
 The object must hold one open spline: NURBS, or Bezier (written as the same cubic in NURBS form).
-Coordinates are those of the world, so the object's own scale and place count. The first control point is the loading end.
+Coordinates are those of the world, so the object's own scale and place count. The first control point is the loading
+end.
 """
 
 import json
@@ -47,8 +48,9 @@ def describe(curve_object):
 def main():
     """Write the active object's curve to PATH."""
     path = bpy.path.abspath(PATH)
+    text = json.dumps(describe(bpy.context.object), indent=1)
     with open(path, "w", encoding="utf-8") as file:
-        json.dump(describe(bpy.context.object), file, indent=1)
+        file.write(text)
     print(f"wrote {path}")
 
 

@@ -65,13 +65,14 @@ def equal_chords(curve: Curve, edges: int, length: float | None = None) -> Equal
         raise InputError("too few edges", found=edges, expected="at least 1")
     if length is not None and not (np.isfinite(length) and length > 0.0):
         raise InputError("length is not positive", found=length, expected="above 0 mm")
+    smallest = TOLERANCE * float(np.ptp(curve(curve.spans), axis=0).max())
     t = arc_parameters(curve, edges + 1)
     x = curve(t)
     for _ in range(MOST_ITERATIONS):
         chord = np.diff(x, axis=0)
         size = np.linalg.norm(chord, axis=1)
         mean = float(size.mean())
-        if not mean > 0.0 or not size.min() > 0.0:
+        if not size.min() > smallest:
             break
         if np.abs(size / mean - 1.0).max() < 1e-3 * TOLERANCE:
             break
@@ -83,7 +84,7 @@ def equal_chords(curve: Curve, edges: int, length: float | None = None) -> Equal
         x = curve(t)
     size = np.linalg.norm(np.diff(x, axis=0), axis=1)
     mean = float(size.mean())
-    if not np.abs(size - mean).max() < TOLERANCE * mean:
+    if not (size.min() > smallest and np.abs(size - mean).max() < TOLERANCE * mean):
         raise InputError(f"the curve has no {edges} equal chords: it turns too sharply; take more edges or smooth it")
     scale = 1.0 if length is None else length / (edges * mean)
     return EqualChords(scale * x, scale, t)

@@ -1,0 +1,73 @@
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from knotfem.centerline.closure import FAR, close, linking_number, winding_angle
+from knotfem.errors import InputError
+
+Array = NDArray[np.float64]
+ROD = np.column_stack([np.linspace(-1.0, 1.0, 5), np.zeros(5), [0.0, 0.1, 0.2, 0.1, 0.0]])
+
+
+def test_keeps_the_rod_and_joins_far_away() -> None:
+    polygon = close(ROD)
+    assert polygon[: len(ROD)] == pytest.approx(ROD)
+    around = np.vstack([polygon[len(ROD) :], polygon[len(ROD) :][:1]]) - [0, 0, 0.1]
+    radius = np.linalg.norm(ROD - [0, 0, 0.1], axis=1).max()
+    assert np.linalg.norm(around, axis=1) == pytest.approx(np.full(len(around), FAR * radius))
+    middles = 0.5 * (around[1:-1] + around[:-2])
+    assert np.linalg.norm(middles, axis=1).min() > 0.9 * FAR * radius
+
+
+def test_ends_go_where_they_are_told() -> None:
+    polygon = close(ROD, ("tangent", (0, 0, 2)))
+    last, first = polygon[len(ROD)] - ROD[-1], polygon[-1] - ROD[0]
+    assert np.cross(first, ROD[0] - ROD[1]) == pytest.approx(np.zeros(3), abs=1e-12)
+    assert first @ (ROD[0] - ROD[1]) > 0
+    assert last[:2] == pytest.approx([0.0, 0.0])
+    assert last[2] > 0
+    outward = close(ROD, ("outward", "outward"))[len(ROD)] - ROD[-1]
+    assert outward / np.linalg.norm(outward) == pytest.approx(np.array([1, 0, -0.1]) / np.hypot(1, 0.1))
+
+
+@pytest.mark.parametrize("ends", [((0, 0, 1), (0, 0, 1)), ((0, 0, 1), (0, 0, -1)), ((1, 0, 0), (-1, 0, 0))])
+def test_parallel_and_opposite_ends_close(ends: tuple) -> None:
+    polygon = close(ROD, ends)
+    assert np.isfinite(polygon).all()
+    assert np.linalg.norm(np.diff(polygon, axis=0), axis=1).min() > 0
+
+
+def test_refuses_an_unknown_direction() -> None:
+    with pytest.raises(InputError, match="unknown direction of an end; found upward"):
+        close(ROD, ("tangent", "upward"))
+    with pytest.raises(InputError, match="not a direction"):
+        close(ROD, ("tangent", (0, 0, 0)))
+
+
+def test_winding_is_right_handed_about_the_axis() -> None:
+    a = np.linspace(0.0, 7.0, 100)
+    x = np.column_stack([5 + 2 * np.cos(a), 1 + 2 * np.sin(a), a])
+    assert winding_angle(x, [5, 1, 0], [0, 0, 1]) == pytest.approx(7.0)
+    assert winding_angle(x, [5, 1, 0], [0, 0, -3]) == pytest.approx(-7.0)
+    assert winding_angle(x, [15, 1, 0], [0, 0, 1]) == pytest.approx(0.0, abs=0.2)
+
+
+@pytest.mark.parametrize(
+    ("name", "number"),
+    [
+        ("bowline", -1),
+        ("clove_hitch", 2),
+        ("two_half_hitches", 1),
+        ("round_turn_two_half_hitches", 2),
+        ("capstan_half", 1),
+        ("capstan", 2),
+        ("capstan_3", 3),
+    ],
+)
+def test_linking_numbers_of_shipped_curves(shipped: Callable[[str], Array], name: str, number: int) -> None:
+    x = shipped(name)
+    assert linking_number(x, [0, 0, 0], [0, 1, 0]) == number
+    assert linking_number(x[::-1], [0, 0, 0], [0, 1, 0]) == -number
+    assert linking_number(x * [1, 1, -1], [0, 0, 0], [0, 1, 0]) == -number

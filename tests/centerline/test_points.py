@@ -1,0 +1,36 @@
+import numpy as np
+import pytest
+
+from knotfem.centerline.points import as_points, unit
+from knotfem.errors import InputError
+
+
+def test_returns_the_points() -> None:
+    assert np.array_equal(as_points([[0, 0, 0], [1, 2, 3]]), [[0.0, 0.0, 0.0], [1.0, 2.0, 3.0]])
+
+
+@pytest.mark.parametrize(
+    ("points", "message"),
+    [
+        ([[0, 0], [1, 1]], "wrong shape"),
+        ([0, 0, 0], "wrong shape"),
+        ([[0, 0, 0], [1, np.nan, 0]], "point 2 is not finite"),
+        ([[0, 0, 0], [np.inf, 0, 0]], "point 2 is not finite"),
+        ([[0, 0, 0]], "too few points; found 1; expected at least 2"),
+        ([[0, 0, 0], [1, 0, 0], [1, 0, 0], [2, 0, 0]], "points 2 and 3 are the same"),
+        ([[1, 1, 1], [1, 1, 1]], "points 1 and 2 are the same"),
+    ],
+)
+def test_refuses(points: list, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        as_points(points)
+
+
+def test_unit_has_length_one() -> None:
+    assert unit([0.0, 3.0, 4.0]) == pytest.approx([0.0, 0.6, 0.8])
+
+
+@pytest.mark.parametrize("vector", [[0, 0, 0], [1, 0], [np.nan, 0, 0]])
+def test_unit_refuses_what_has_no_direction(vector: list) -> None:
+    with pytest.raises(InputError, match="not a direction"):
+        unit(vector)
