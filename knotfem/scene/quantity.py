@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from pint import UnitRegistry
 
 _PATTERN = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\D.*)?", re.DOTALL)
+_FACTOR = r"(?:1|[A-Za-zµ°%_]+(?:\s?(?:\^|\*\*)\s?-?\d)?)"
+_UNIT = re.compile(rf"{_FACTOR}(?:(?:\s?[*/]\s?|\s){_FACTOR})*")
 
 
 @dataclass(frozen=True)
@@ -127,8 +129,10 @@ def _factor(unit: str, into: str) -> Decimal | str:
 
     registry = _registry()
     try:
-        parsed = registry.parse_units(unit)
-    except (pint.errors.PintError, AssertionError, ValueError, TypeError, AttributeError):
+        parsed = registry.parse_units(unit) if _UNIT.fullmatch(unit) else None
+    except (pint.errors.PintError, ValueError):
+        parsed = None
+    if parsed is None:
         return f'no unit is called "{unit}"'
     if parsed.dimensionality != registry.parse_units(into).dimensionality:
         return f'"{unit}" measures something else'

@@ -1,0 +1,276 @@
+"""Scenes from files and overrides: what is read, what is refused and how."""
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from knotfem import shipped
+from knotfem.errors import InputError
+from knotfem.scene import Scene, load_scene, scene_to_toml
+from knotfem.scene.load import describe
+
+MINIMAL = """
+[[rods]]
+centerline = "overhand"
+length = "480 mm"
+diameter = "6 mm"
+material = { youngs_modulus = "1.25 MPa", density = "1160 kg/m^3" }
+mesh = { element_length = "2 mm" }
+"""
+
+
+@pytest.fixture
+def scene_file(tmp_path: Path) -> Path:
+    path = tmp_path / "my knot.toml"
+    path.write_text(MINIMAL)
+    return path
+
+
+def refused(source: str | Path, *overrides: str) -> InputError:
+    with pytest.raises(InputError) as caught:
+        load_scene(source, overrides)
+    return caught.value
+
+
+@pytest.mark.parametrize("name", shipped.scene_names())
+def test_shipped_scenes_are_right(name: str) -> None:
+    scene = load_scene(name)
+    assert scene.name == name
+    assert scene.description
+    assert scene.steps
+    assert describe(name) == scene.description
+
+
+def test_the_paper_scene_has_the_papers_figures() -> None:
+    scene = load_scene("bowline-paper")
+    rod, (cylinder,), pull = scene.rods[0], scene.obstacles, scene.steps[-1]
+    assert (rod.length, rod.diameter, rod.slices, rod.mesh.section_elements) == (600.0, 6.0, 600, 44)
+    assert rod.core is not None
+    assert rod.core.axial_stiffness == pytest.approx(3826, abs=1)
+    assert rod.material.youngs_modulus * 3.141592653589793 * 3.0**4 / 4 == pytest.approx(90.65, abs=0.01)
+    assert rod.material.density == 1.16e-9
+    assert (cylinder.diameter, cylinder.friction, scene.contact.friction) == (20.0, 0.39, 0.33)
+    assert scene.gravity is not None
+    assert scene.gravity.acceleration == 9810.0
+    assert pull.kind == "pull"
+    assert (pull.displacement, pull.speed, pull.duration) == (99.0, 4.0, 24.75)
+    assert pull.ends["rod"].start.motion == "driven"
+    assert pull.ends["rod"].end.motion == "free"
+    assert [step.kind for step in scene.tying_steps] == ["relax"]
+    assert scene.loading_steps == (pull,)
+
+
+def test_defaults(scene_file: Path) -> None:
+    scene = load_scene(scene_file)
+    assert scene.name == "my-knot"
+    assert (scene.model, scene.gravity, scene.drag, scene.rods[0].core) == ("fem", None, None, None)
+    eps = scene.contact.stiffness_over_modulus * 1.0 / scene.rods[0].diameter
+    assert eps == 8.0
+
+
+def test_overrides() -> None:
+    scene = load_scene(
+        "bowline",
+        [
+            "rods.0.length=500 mm",
+            "contact.friction=0.37",
+            'contact.pairs=[{between=["rod", "rod"], friction=0.1}]',
+            "solver.linear=superlu",
+            "gravity=none",
+            "rods.0.core=none",
+            "steps.1.displacement=20 mm",
+            "drag.rate = 1 1/s",
+            "description=a bowline = a knot",
+        ],
+    )
+    assert scene.rods[0].length == 500.0
+    assert scene.friction_between("rod", "rod") == 0.1
+    assert scene.friction_between("rod", "cylinder") == scene.friction_between("cylinder", "rod") == 0.39
+    assert scene.solver.linear == "superlu"
+    assert scene.gravity is None
+    assert scene.rods[0].core is None
+    assert scene.steps[1].kind == "pull"
+    assert scene.steps[1].displacement == 20.0
+    assert scene.drag is not None
+    assert scene.drag.rate == 1.0
+    assert scene.description == "a bowline = a knot"
+
+
+def test_an_override_makes_a_table(scene_file: Path) -> None:
+    scene = load_scene(scene_file, ["gravity.acceleration=9.81 m/s^2"])
+    assert scene.gravity is not None
+    assert scene.gravity.direction == (0.0, 0.0, -1.0)
+
+
+def test_curve_files_are_found_from_the_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "curves").mkdir()
+    curve = tmp_path / "curves" / "mine.csv"
+    curve.write_bytes(shipped.centerline_path("overhand").read_bytes())
+    scene_file = tmp_path / "scene.toml"
+    scene_file.write_text(MINIMAL.replace('"overhand"', '"curves/mine.csv"'))
+    monkeypatch.chdir("/")
+    assert load_scene(scene_file).rods[0].centerline == str(curve)
+    monkeypatch.chdir(curve.parent)
+    assert load_scene("overhand", ["rods.0.centerline=mine.csv"]).rods[0].centerline == str(curve)
+
+
+REFUSED = [
+    ("contact.frictoin=0.3", "contact.frictoin", 'unknown key; expected "friction"'),
+    ("rods.0.mesh.elment_length=2 mm", "rods.0.mesh.elment_length", 'expected "element_length"'),
+    ("contact.friction=-0.1", "contact.friction", "found -0.1; expected greater than or equal to 0"),
+    ("contact.friction=nan", "contact.friction", "finite"),
+    ("contact.friction=yes", "contact.friction", "valid number"),
+    ("contact.enabled=1", "contact.enabled", "boolean"),
+    ("contact=3", "contact", "expected a table"),
+    ("rods.0.length=500", "rods.0.length", "a bare number, its unit is missing; found 500; expected a length"),
+    ("rods.0.length=5 MPa", "rods.0.length", '"MPa" measures something else'),
+    ("rods.0.length=none", "rods.0.length", "missing key; expected a length"),
+    ("rods.0.length=5 mm", "rods.0.length", "shorter than it is thick"),
+    ("rods.0.diameter=0 mm", "rods.0.diameter", "out of range"),
+    ("rods.0.material.youngs_modulus=-1 MPa", "rods.0.material.youngs_modulus", "out of range"),
+    ("rods.0.material.density=0 kg/m^3", "rods.0.material.density", "out of range"),
+    ("rods.0.material.bulk_over_shear=0.5", "rods.0.material.bulk_over_shear", "greater than 0.666"),
+    ("rods.0.core.radius=3 mm", "rods.0.core.radius", "as thick as the rod"),
+    ("rods.0.mesh.element_length=500 mm", "rods.0.mesh.element_length", "too long"),
+    ("rods.0.mesh.section_elements=12.5", "rods.0.mesh.section_elements", "integer"),
+    ("rods.0.mesh.element=hex9", "rods.0.mesh.element", '"hex8"'),
+    ("rods.0.centerline=bowlin", "rods.0.centerline", '"bowline"'),
+    ("rods.0.centerline=nowhere.csv", "rods.0.centerline", "no such file"),
+    ("rods.0.name=a/b", "rods.0.name", "not a name"),
+    ("rods=[]", "rods", "at least 1 item"),
+    ("rods=3", "rods", "expected a list"),
+    ("rods.1.length=5 mm", "rods.1", "no such entry"),
+    ("rods.first.length=5 mm", "rods.first", "no such entry"),
+    ("rods.0.length.mm=5", "rods.0.length.mm", "no table here"),
+    ("obstacles.0.axis=[0, 0, 0]", "obstacles.0.axis", "no length"),
+    ("obstacles.0.axis=[0, 1]", "obstacles.0.axis", "too few"),
+    ("obstacles.0.name=rod", "obstacles", "share a name"),
+    ("contact.pairs=[{between=['rod', 'cylindre'], friction=0}]", "contact.pairs.0.between", '"cylinder"'),
+    ("contact.pairs=[{between=['cylinder', 'cylinder'], friction=0}]", "contact.pairs.0.between", "at least one rod"),
+    ("model=beam", "model", "one of fem, rod"),
+    ("solver.linear=dense", "solver.linear", "one of auto, pardiso, superlu"),
+    ("steps.1.kind=pul", "steps.1.kind", '"pull"'),
+    ("steps.1.kind=none", "steps.1.kind", "missing key"),
+    ("steps.1.speed=none", "steps.1.speed", "missing key"),
+    ("steps.1.ends.rod.start=none", "steps.1.ends", "no end is driven"),
+    ("steps.1.ends.rod.start.motion=drivn", "steps.1.ends.rod.start.motion", '"driven"'),
+    ("steps.1.ends.rod.start.direction=none", "steps.1.ends.rod.start.direction", "missing key"),
+    ("steps.1.ends.rope.end={motion='free'}", "steps.1.ends.rope", "no rod has this name"),
+    ("steps.0.ends.rod.start={motion='driven', direction=[0, 0, 1]}", "steps.0.ends.rod.start", "only a pull"),
+    ("steps.0={kind='load', duration='1 s'}", "steps.0.ends", "no end is loaded"),
+    (
+        "steps.0.friction_schedule=[{time='1 s', friction=0.1}, {time='1 s', friction=0}]",
+        "steps.0.friction_schedule",
+        "do not rise",
+    ),
+]
+
+
+@pytest.mark.parametrize(("override", "key", "text"), REFUSED)
+def test_refuses_naming_the_override(override: str, key: str, text: str) -> None:
+    error = refused("bowline", override)
+    assert error.key == key
+    assert str(error.file) == "--set"
+    assert text in str(error)
+    assert "\n" not in str(error)
+
+
+def test_refuses_naming_the_file(scene_file: Path) -> None:
+    scene_file.write_text(MINIMAL.replace('"6 mm"', "6"))
+    error = refused(scene_file)
+    assert (str(error.file), error.key, error.found) == (str(scene_file), "rods.0.diameter", "6")
+    assert error.exit_code == 3
+
+
+def test_says_what_else_is_wrong(scene_file: Path) -> None:
+    scene_file.write_text(MINIMAL.replace('"6 mm"', "6").replace('"2 mm"', "2"))
+    assert "wrong too: rods.0.mesh.element_length" in str(refused(scene_file))
+
+
+@pytest.mark.parametrize("override", ["gravity", "=3", "a..b=1", ""])
+def test_refuses_what_is_no_override(override: str) -> None:
+    assert "not an override" in str(refused("bowline", override))
+
+
+def test_refuses_two_rods_of_one_name(scene_file: Path) -> None:
+    scene_file.write_text(MINIMAL + MINIMAL)
+    error = refused(scene_file)
+    assert error.key == "rods.1.name"
+    assert "used twice" in str(error)
+
+
+def test_refuses_two_steps_of_one_name() -> None:
+    assert "used twice" in str(refused("bowline", "steps.0.name=a", "steps.1.name=a"))
+
+
+def test_unnamed_steps_get_names_of_their_own() -> None:
+    step = "{kind='hold', duration='1 s'}"
+    scene = load_scene("bowline", [f"steps=[{step}, {{kind='hold', name='hold', duration='1 s'}}, {step}]"])
+    assert [step.name for step in scene.steps] == ["hold-2", "hold", "hold-3"]
+
+
+def test_refuses_files_that_are_no_scene(tmp_path: Path) -> None:
+    broken = tmp_path / "broken.toml"
+    broken.write_text("[[rods]\n")
+    assert "not a TOML file" in str(refused(broken))
+    broken.write_bytes(b"\xff\xfe\x00")
+    assert "not a TOML file" in str(refused(broken))
+    assert "no such file" in str(refused(tmp_path / "none.toml"))
+    assert "a directory" in str(refused(tmp_path))
+    assert '"bowline"' in str(refused("bowlin"))
+    broken.write_text("")
+    assert refused(broken).key == "rods"
+
+
+@pytest.mark.parametrize("name", shipped.scene_names())
+def test_the_written_scene_is_the_same_scene(name: str, tmp_path: Path) -> None:
+    scene = load_scene(name)
+    path = tmp_path / "scene.toml"
+    path.write_text(scene_to_toml(scene))
+    assert load_scene(path) == scene
+
+
+def test_every_default_is_written(scene_file: Path) -> None:
+    text = scene_to_toml(load_scene(scene_file))
+    for key in ("model", "stiffness_over_modulus", "threshold", "force_tolerance", "checkpoint_every", "gamma"):
+        assert f"\n{key} = " in text
+
+
+positive = st.floats(min_value=1e-9, max_value=1e9)
+vectors = st.tuples(*[st.floats(min_value=-1e3, max_value=1e3)] * 3).filter(any)
+
+
+@given(
+    length=st.floats(min_value=10.0, max_value=1e9),
+    modulus=positive,
+    density=positive,
+    friction=st.floats(min_value=0.0, max_value=10.0),
+    axis=vectors,
+    angle=st.floats(min_value=-10.0, max_value=10.0),
+    acceleration=positive,
+    text=st.text(max_size=30),
+)
+def test_any_scene_survives_writing(
+    tmp_path_factory: pytest.TempPathFactory,
+    length: float,
+    modulus: float,
+    density: float,
+    friction: float,
+    axis: tuple[float, float, float],
+    angle: float,
+    acceleration: float,
+    text: str,
+) -> None:
+    base = load_scene("bowline").model_dump(mode="json", exclude_none=True)
+    base["description"] = text
+    base["rods"][0]["length"] = f"{length!r} mm"
+    base["rods"][0]["rotation"] = {"axis": axis, "angle": f"{angle!r} rad"}
+    base["rods"][0]["material"] |= {"youngs_modulus": f"{modulus!r} MPa", "density": f"{density!r} kg/m^3"}
+    base["contact"]["friction"] = friction
+    base["gravity"] = {"acceleration": f"{acceleration!r} m/s^2", "direction": axis}
+    scene = Scene.model_validate(base)
+    path = tmp_path_factory.getbasetemp() / "any.toml"
+    path.write_text(scene_to_toml(scene), encoding="utf-8")
+    assert load_scene(path) == scene
