@@ -38,6 +38,24 @@ class Cylinder:
     radius: float
     length: float = float("inf")
 
+    def extent(self, cloud: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+        """Middle, direction and length of the part that is drawn.
+
+        Args:
+            cloud: points of the rods in mm, shape (p, 3).
+        """
+        axis = np.asarray(self.axis, dtype=np.float64)
+        axis = axis / np.linalg.norm(axis)
+        origin = np.asarray(self.origin, dtype=np.float64)
+        if np.isfinite(self.length):
+            return origin, axis, self.length
+        offset = cloud - origin
+        along = offset @ axis
+        around = np.linalg.norm(offset - along[:, None] * axis, axis=1) < 2 * self.radius
+        span = along[around] if around.any() else np.array([-self.radius, self.radius])
+        low, high = float(span.min()) - self.radius / 2, float(span.max()) + self.radius / 2
+        return origin + axis * (low + high) / 2, axis, high - low
+
 
 @dataclass(frozen=True)
 class Camera:
@@ -213,16 +231,7 @@ def _polygons(surface: Surface) -> Any:
 def _cylinder(cylinder: Cylinder, cloud: FloatArray) -> Any:
     import pyvista as pv
 
-    axis = np.asarray(cylinder.axis, dtype=np.float64)
-    axis = axis / np.linalg.norm(axis)
-    centre, length = np.asarray(cylinder.origin, dtype=np.float64), cylinder.length
-    if not np.isfinite(length):
-        offset = cloud - centre
-        along = offset @ axis
-        around = np.linalg.norm(offset - along[:, None] * axis, axis=1) < 2 * cylinder.radius
-        span = along[around] if around.any() else np.array([-cylinder.radius, cylinder.radius])
-        low, high = float(span.min()) - cylinder.radius / 2, float(span.max()) + cylinder.radius / 2
-        centre, length = centre + axis * (low + high) / 2, high - low
+    centre, axis, length = cylinder.extent(cloud)
     return pv.Cylinder(center=centre, direction=axis, radius=cylinder.radius, height=length, resolution=96)
 
 

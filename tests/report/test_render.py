@@ -52,7 +52,7 @@ def test_cell_values_colour_as_nodal_ones_and_facets_can_be_drawn(rod, tmp_path)
         assert (smooth != facets).any()
 
 
-def test_an_endless_cylinder_is_grey_and_as_long_as_the_rod_lies_around_it(rod, tmp_path):
+def test_a_cylinder_is_drawn_grey(rod, tmp_path):
     bare = draw(rod, tmp_path / "a.png", rings=[rod.ring_nodes], size=(200, 200))
     cylinder = Cylinder((10.0, 0.0, 20.0), (0.0, 1.0, 0.0), 5.0)
     with_it = draw(rod, tmp_path / "b.png", rings=[rod.ring_nodes], cylinders=[cylinder], size=(200, 200))
@@ -60,6 +60,16 @@ def test_an_endless_cylinder_is_grey_and_as_long_as_the_rod_lies_around_it(rod, 
         return
     added = (np.abs(bare - with_it).max(axis=2) > 20) & (np.ptp(with_it, axis=2) < 25)
     assert 100 < added.sum() < 4000
+
+
+def test_an_endless_cylinder_reaches_as_far_as_the_rods_lie_around_it():
+    line = np.column_stack([np.zeros(401), np.linspace(-20, 20, 401), np.linspace(-20, 20, 401)])
+    centre, axis, length = Cylinder((0, 3, 0), (0, 2, 0), 5.0).extent(line)
+    np.testing.assert_array_equal(axis, [0, 1, 0])
+    np.testing.assert_allclose(centre, 0.0, atol=1e-12)
+    assert length == pytest.approx(2 * 9.9 + 5.0)
+    assert Cylinder((99, 0, 0), (0, 1, 0), 5.0).extent(line)[2] == 15.0
+    assert Cylinder((0, 0, 0), (0, 1, 0), 5.0, 7.0).extent(line)[2] == 7.0
 
 
 def test_zooming_shows_the_target_larger(rod, tmp_path):
