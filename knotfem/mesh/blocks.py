@@ -34,7 +34,7 @@ def mesh_blocks(layout: Layout) -> tuple[NDArray[np.float64], NDArray[np.int64]]
     except (ImportError, OSError) as error:
         raise MissingDependency(
             f"making a cross-section needs gmsh ({error}): pip install gmsh, and on Debian or Ubuntu "
-            "apt-get install libglu1-mesa libxrender1 libxcursor1 libxft2 libxinerama1; "
+            "apt-get install libgl1 libglu1-mesa libgomp1 libxrender1 libxcursor1 libxft2 libxinerama1; "
             "the shipped cross-sections need none of it"
         ) from error
 
