@@ -128,15 +128,14 @@ def _factor(unit: str, into: str) -> Decimal | str:
     import pint
 
     registry = _registry()
-    try:
-        parsed = registry.parse_units(unit) if _UNIT.fullmatch(unit) else None
-    except (pint.errors.PintError, ValueError):
-        parsed = None
-    if parsed is None:
+    if not _UNIT.fullmatch(unit):
         return f'no unit is called "{unit}"'
-    if parsed.dimensionality != registry.parse_units(into).dimensionality:
+    try:
+        return registry.Quantity(Decimal(1), registry.parse_units(unit)).to(into).magnitude
+    except pint.errors.DimensionalityError:
         return f'"{unit}" measures something else'
-    return registry.Quantity(Decimal(1), parsed).to(into).magnitude
+    except (pint.errors.PintError, ValueError, TypeError):  # a TypeError: logarithmic units take no exact numbers
+        return f'no unit is called "{unit}"'
 
 
 _LENGTH = ("a length", "mm", "mm", "6 mm")
