@@ -95,9 +95,13 @@ class Minimax:
     free_direction: bool
     threshold: float
 
+    def bump(self, weights: Array) -> Array:
+        """Returns the edge differences of the temporary displacement over h, shape (n, 3)."""
+        return np.einsum("ip,pa->ia", self.basis, weights)  # too small for threaded BLAS, which waits on busy machines
+
     def shape(self, direction: Array, weights: Array) -> Shape:
         """Returns the choice with its exact deviation."""
-        return Shape(direction, weights, deviation(direction, self.end, self.basis @ weights))
+        return Shape(direction, weights, deviation(direction, self.end, self.bump(weights)))
 
     def first_guess(self, direction: Array, towards: Array) -> Shape:
         """Returns a choice whose edges, half-way, keep their length and halve the turn from `towards` to the target.
@@ -133,9 +137,9 @@ class Minimax:
             nonlocal sampled
             direction, weights, norm = unpack(x)
             value, sampled, by_start, by_bump = smoothed_deviation(
-                direction, self.end, self.basis @ weights, _TIMES, sharpness
+                direction, self.end, self.bump(weights), _TIMES, sharpness
             )
-            gradient = scale * (self.basis.T @ by_bump).ravel()
+            gradient = scale * np.einsum("ip,ia->pa", self.basis, by_bump).ravel()
             if self.free_direction:
                 by_raw = (by_start - (by_start @ direction) * direction) / norm
                 gradient = np.concatenate([gradient, by_raw])
@@ -148,8 +152,8 @@ class Minimax:
         x0 = guess.weights.ravel() / scale
         if self.free_direction:
             x0 = np.concatenate([x0, guess.direction])
-        options: dict[str, Any] = {"maxiter": 400, "maxcor": 20, "ftol": 1e-7, "gtol": 1e-6}
-        end = minimize(objective, x0, jac=True, method="L-BFGS-B", callback=stop_if_reached, options=options)
+        options: dict[str, Any] = {"maxiter": 400, "gtol": 1e-4, "xrtol": 1e-7}
+        end = minimize(objective, x0, jac=True, method="BFGS", callback=stop_if_reached, options=options)
         return self.shape(*unpack(end.x)[:2])
 
     def polish(self, guess: Shape, steps: int = 60) -> Shape:
@@ -178,7 +182,7 @@ class Minimax:
         deviation from below.
         """
         n, p = self.basis.shape
-        bump = self.basis @ guess.weights
+        bump = self.bump(guess.weights)
         times, stretches = extreme_stretches(guess.direction, self.end, bump)
         edges = edges_at(guess.direction, self.end, bump, times)
         tied = np.abs(stretches - 1.0) > guess.deviation - 6.0 * radius

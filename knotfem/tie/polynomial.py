@@ -25,6 +25,7 @@ from knotfem.tie.path import (
 )
 
 _STARTS = 4
+_NEARLY = 1.1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,21 +135,21 @@ def polynomial_path(
         given = check_direction(direction)
         guesses = [problem.first_guess(given, towards) for towards in (given, *halfway)]
     guesses.sort(key=lambda guess: guess.deviation)
-    best = guesses[0]
-    tried = 0
-    for guess in guesses:
-        if best.deviation < problem.threshold:
-            break
-        tried += 1
-        reached = problem.descend(guess)
-        if refine or reached.deviation >= threshold:
-            reached = problem.polish(reached)
-        best = min(best, reached, key=lambda shape: shape.deviation)
+    reached = guesses[:1]
+    descents = 0
+    while reached[0].deviation >= problem.threshold and descents < len(guesses):
+        reached.append(problem.descend(guesses[descents]))
+        reached.sort(key=lambda shape: shape.deviation)
+        descents += 1
+    best = reached[0]
+    if best.deviation >= problem.threshold:
+        polished = [problem.polish(shape) for shape in reached if shape.deviation < _NEARLY * best.deviation]
+        best = min(polished, key=lambda shape: shape.deviation)
     if best.deviation >= threshold:
         raise NotConverged(
             f"temporary displacements of degree {degree} keep max |lambda - 1| at {best.deviation:.4g}, "
-            f"not under the threshold {threshold:g}, from {tried} starts; a higher degree, the direction 'best' or the "
-            "inextensible path helps"
+            f"not under the threshold {threshold:g}, from {descents} starts; "
+            "a higher degree, the direction 'best' or the inextensible path helps"
         )
     coefficients = np.zeros((degree + 1, 3))
     coefficients[1:] = np.linalg.solve(triangle, best.weights) * h
@@ -163,7 +164,7 @@ def polynomial_path(
             "threshold": float(threshold),
             "refined": bool(refine),
             "direction_optimised": free,
-            "descents": tried,
+            "descents": descents,
             "seconds": time.perf_counter() - began,
         },
     )

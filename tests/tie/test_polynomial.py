@@ -83,9 +83,10 @@ def test_mirror_image_has_the_mirrored_optimum(overhand):
     assert there.describe()["max_stretch_deviation"] == pytest.approx(deviation, rel=1e-3)
 
 
-def test_a_straight_target_needs_nothing():
+@pytest.mark.parametrize("refine", [False, True])
+def test_a_straight_target_needs_nothing(refine):
     target = np.arange(30)[:, None] * np.array([0.0, 0.6, 0.8])
-    path = make_path("polynomial", target, degree=3)
+    path = make_path("polynomial", target, degree=3, refine=refine)
     assert path.describe()["max_stretch_deviation"] < 1e-12
 
 
