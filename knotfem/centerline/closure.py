@@ -91,14 +91,12 @@ def winding_angle(points: ArrayLike, point: ArrayLike, axis: ArrayLike) -> float
 def linking_number(points: ArrayLike, point: ArrayLike, axis: ArrayLike) -> int:
     """Linking number of a rod with an endless straight axis: whole turns about it.
 
-    Both ends are taken straight away from the axis, far out, and joined there by the shorter way round it. Looking
-    along the axis, a rod that turns clockwise from its first to its last point counts positive.
+    Both ends are taken straight away from the axis, far out, and joined there by the shorter way round it, which adds
+    what is missing to the nearest whole number of turns. Looking along the axis, clockwise counts positive.
 
     Args:
         points: shape (n, 3).
         point: any point of the axis, shape (3,).
         axis: its direction, shape (3,).
     """
-    x = as_points(points)
-    closing = winding_angle(x[[-1, 0]], point, axis)
-    return round((winding_angle(x, point, axis) + closing) / (2.0 * math.pi))
+    return round(winding_angle(points, point, axis) / (2.0 * math.pi))

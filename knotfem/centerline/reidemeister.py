@@ -35,7 +35,10 @@ class _Code:
         return False
 
     def pull_apart(self) -> bool:
-        """Reidemeister II: take out two crossings around a two-sided face of which one side lies over the other."""
+        """Reidemeister II: take out two crossings around a two-sided face of which one side lies over the other.
+
+        With all curls taken out, no arc leads from one side of the face to the other, so the two joins are independent.
+        """
         corners: dict[tuple[int, int], tuple[int, int]] = {}
         for crossing, arcs in self.crossings.items():
             for k in range(4):
@@ -45,10 +48,9 @@ class _Code:
             if second == first or (m + 1 - k) % 2:
                 continue
             p, q = self.crossings[first], self.crossings[second]
-            joints = [[p[(k + 2) % 4], q[(m + 3) % 4]], [p[(k + 3) % 4], q[(m + 2) % 4]]]
             self.remove(first, second)
-            self.join(*joints[0])
-            self.join(*(joints[0][0] if arc == joints[0][1] else arc for arc in joints[1]))
+            self.join(p[(k + 2) % 4], q[(m + 3) % 4])
+            self.join(p[(k + 3) % 4], q[(m + 2) % 4])
             return True
         return False
 

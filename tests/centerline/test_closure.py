@@ -23,6 +23,8 @@ def test_keeps_the_rod_and_joins_far_away() -> None:
 
 def test_ends_go_where_they_are_told() -> None:
     polygon = close(ROD, ("tangent", (0, 0, 2)))
+    along = close(ROD)[len(ROD)] - ROD[-1]
+    assert along / np.linalg.norm(along) == pytest.approx((ROD[-1] - ROD[-2]) / np.hypot(0.5, 0.1))
     last, first = polygon[len(ROD)] - ROD[-1], polygon[-1] - ROD[0]
     assert np.cross(first, ROD[0] - ROD[1]) == pytest.approx(np.zeros(3), abs=1e-12)
     assert first @ (ROD[0] - ROD[1]) > 0

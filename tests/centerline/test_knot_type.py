@@ -60,6 +60,13 @@ def test_shipped_curves(shipped: Callable[[str], Array], name: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ("name", "crossings"), [("overhand", 3), ("figure_eight", 4), ("cinquefoil", 5), ("granny", 6), ("square", 6)]
+)
+def test_few_crossings_are_left(shipped: Callable[[str], Array], name: str, crossings: int) -> None:
+    assert knot_type(shipped(name)).crossings == crossings
+
+
+@pytest.mark.parametrize(
     ("tail", "name", "polynomial"),
     [
         ("tangent", "8_20", "-t^-5 + t^-4 - t^-3 + 2t^-2 - t^-1 + 2 - t"),

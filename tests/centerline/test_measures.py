@@ -35,6 +35,11 @@ def test_arclength_and_curvature_of_a_circle() -> None:
     assert curvature(x[:2]).tolist() == [0.0, 0.0]
 
 
+def test_curvature_between_uneven_edges() -> None:
+    corner = [[-1.0, 0, 0], [0, 0, 0], [3 * np.cos(0.4), 3 * np.sin(0.4), 0]]
+    assert curvature(corner) == pytest.approx(np.full(3, np.sin(0.2)))
+
+
 @pytest.mark.parametrize(
     ("name", "diameter", "closest", "sharpest"),
     [
@@ -66,6 +71,19 @@ def test_clearance_finds_the_place_of_the_crossing() -> None:
     found = strand_clearance(loop, 1.0)
     assert (found.i, found.j) == (0, 3)
     assert found.distance == pytest.approx(0.75 * 10 / np.hypot(10, 1.5))
+
+
+def test_clearance_of_a_coarse_polyline_against_brute_force() -> None:
+    for seed in range(20):
+        x = np.random.default_rng(seed).normal(size=(12, 3)).cumsum(axis=0)
+        turned, arc = np.append(0.0, turning_angles(x).cumsum()), arclength(x)
+        brute = min(
+            segment_distance(x[i], x[i + 1], x[j], x[j + 1])
+            for i in range(11)
+            for j in range(i + 2, 11)
+            if turned[j] - turned[i] >= np.pi and arc[j] - arc[i + 1] >= 0.16
+        )
+        assert strand_clearance(x, 0.1).distance == pytest.approx(brute)
 
 
 def test_one_strand_has_no_clearance() -> None:

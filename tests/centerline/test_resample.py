@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from knotfem.centerline import resample
 from knotfem.centerline.curve import interpolate
 from knotfem.centerline.nurbs import Nurbs, blender_knots
 from knotfem.centerline.resample import arc_parameters, equal_chords
@@ -45,6 +46,11 @@ def test_equal_arcs_would_strain_the_core() -> None:
     arcs = curve(arc_parameters(curve, 31))
     assert deviation(arcs) > 1e-3
     assert deviation(equal_chords(curve, 30).points) < 1e-11
+
+
+def test_converges_quadratically(shipped: Callable[[str], Array], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(resample, "MOST_ITERATIONS", 5)
+    assert deviation(equal_chords(interpolate(shipped("surgeon")[::7]), 600).points) < 1e-11
 
 
 def test_works_on_nurbs_with_uneven_weights() -> None:
