@@ -42,6 +42,7 @@ class Contact(Effect):
         gap: [mm], shape [pairs].
         share: factor on the sample's area, fading where the closest point leaves the master's end, shape [pairs].
         force: normal force [N], shape [pairs].
+        area: half the reference area of each sample, shape [samples]: the other half is the other strand's pass.
         match: where each pair stood before the last search, or -1, shape [pairs].
         generation: number of searches.
     """
@@ -59,15 +60,16 @@ class Contact(Effect):
         self.share = np.zeros(0)
         self.force = np.zeros(0)
         self.match = np.zeros(0, dtype=np.int64)
-        self._reach = SEARCH_GAP_OVER_RADIUS * float(self.tubes.radius.min())
+        self.reach = SEARCH_GAP_OVER_RADIUS * float(self.tubes.radius.min())
         self._stale_move = STALE_MOVE_OVER_RADIUS * float(self.tubes.radius.min())
         self._searched = np.zeros((0, 3))
         self.points = np.zeros((self.samples.u.size, 3))
+        self.area = 0.5 * self.samples.area
 
     def keys(self, nodes: int) -> np.ndarray | None:
         s, tubes = self.samples, self.tubes.arrays
         patch = np.zeros((self.pairs.shape[0], 6), dtype=np.int64)
-        count = kernels.patches(tubes, self.pairs, self.uv, self.gap, self._reach, s.u, s.v, s.rod, patch)
+        count = kernels.patches(tubes, self.pairs, self.uv, self.gap, self.reach, s.u, s.v, s.rod, patch)
         patch = np.unique(patch[:count], axis=0)
         wide = 3 + 2 * PATTERN_PAD
         keys = np.empty(patch.shape[0] * (12 + wide * (wide + 1)) ** 2, dtype=np.int64)
@@ -86,7 +88,7 @@ class Contact(Effect):
         found, uv = np.empty((capacity, 2), dtype=np.int64), np.empty((capacity, 2))
         count = find_pairs(
             x, t.arrays, t.axis, t.axis_start, t.spacing, t.radius, s.rod, s.u, s.section_start, self.points,
-            self._reach, found, uv,
+            self.reach, found, uv,
         )  # fmt: skip
         assert count <= capacity, "more than four closest points a sample"
         order = np.lexsort((uv[:count, 0], found[:count, 1], found[:count, 0]))
@@ -118,7 +120,7 @@ class Contact(Effect):
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
         s, t, none = self.samples, self.tubes, np.zeros(0, dtype=np.int64)
         return kernels.assemble(
-            x, t.arrays, s.nodes, s.weights, s.area, self.points, self.pairs, self.uv, self.gap,
+            x, t.arrays, s.nodes, s.weights, self.area, self.points, self.pairs, self.uv, self.gap,
             self.share, self.law.stiffness, self.law.ramp, residual, matrix is not None,
             np.zeros(0) if matrix is None else matrix.data,
             none if matrix is None else matrix.pattern.node_ptr,
@@ -161,7 +163,7 @@ class Contact(Effect):
         return float(max(0.0, -self.gap.min())) if self.gap.size else 0.0
 
     def _stored(self, gap: np.ndarray) -> float:
-        return kernels.energy(self.samples.area, self.pairs, gap, self.share, self.law.stiffness, self.law.ramp)
+        return kernels.energy(self.area, self.pairs, gap, self.share, self.law.stiffness, self.law.ramp)
 
 
 def _end_share(u: np.ndarray, sections: np.ndarray) -> np.ndarray:

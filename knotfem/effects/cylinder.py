@@ -98,14 +98,14 @@ class CylinderFriction(Effect):
 
     Args:
         cylinder: whose samples rub.
-        coefficient: mu.
+        coefficients: mu of each rod, shape [rods].
 
     Attributes:
         anchors: point of the cylinder that each sample clings to [mm], shape [samples, 3].
     """
 
     cylinder: Cylinder
-    coefficient: float
+    coefficients: np.ndarray
 
     def __post_init__(self) -> None:
         self.name = "cylinder friction"
@@ -114,6 +114,7 @@ class CylinderFriction(Effect):
         self.anchors = np.zeros((count, 3))
         self.slip = np.zeros(count)
         self.traction = np.zeros((count, 3))
+        self.mu = np.asarray(self.coefficients, dtype=float)[self.cylinder.samples.rod]
         self._anchored = False
 
     def update(self, x: np.ndarray) -> None:
@@ -126,7 +127,7 @@ class CylinderFriction(Effect):
         s = c.samples
         return kernels.assemble_friction(
             s.nodes, s.weights, s.area, c.points, c.touching, c.origin, c.axis, c.radius, c.law.stiffness, c.law.ramp,
-            self.coefficient, c.law.stick, self.anchors, residual, matrix is not None, *_matrix_arguments(matrix),
+            self.mu, c.law.stick, self.anchors, residual, matrix is not None, *_matrix_arguments(matrix),
             self.slip, self.traction,
         )  # fmt: skip
 
@@ -135,7 +136,7 @@ class CylinderFriction(Effect):
         points = np.empty_like(c.points)
         sample_points(x, c.samples.nodes, c.samples.weights, points)
         return kernels.potential(
-            points, c.touching, c.origin, c.axis, c.force, self.coefficient, c.law.stick, self.anchors
+            points, c.touching, c.origin, c.axis, c.force, self.mu, c.law.stick, self.anchors
         )
 
     def accept(self, x: np.ndarray) -> None:

@@ -102,7 +102,7 @@ def assemble_friction(
         traction[s] = 0.0
         rho = radial(points[s], origin, axis, n)
         _, pressure, slope = penalty(rho - radius, stiffness, ramp)
-        if pressure == 0.0:
+        if pressure == 0.0 or friction[s] == 0.0:
             continue
         for i in range(3):
             q[i] = points[s, i] - anchors[s, i]
@@ -112,7 +112,7 @@ def assemble_friction(
         size = np.sqrt(dot(e, e))
         slip[s] = size
         _, psi_y, dpsi = mobilisation(size / stick)
-        limit = friction * area[s] * pressure
+        limit = friction[s] * area[s] * pressure
         for i in range(3):
             traction[s, i] = -limit * psi_y / stick * e[i]
         for a in range(12):
@@ -127,7 +127,7 @@ def assemble_friction(
                 M[i, j] = limit / stick * ((dpsi - psi_y) * ee + (psi_y if i == j else 0.0))
                 dn[i, j] = ((1.0 if i == j else 0.0) - n[i] * n[j] - axis[i] * axis[j]) / rho
         for i in range(3):
-            lost = friction * area[s] * slope * psi_y / stick * e[i]
+            lost = friction[s] * area[s] * slope * psi_y / stick * e[i]
             for j in range(3):
                 value = -lost * n[j]
                 for m in range(3):
@@ -163,7 +163,7 @@ def potential(points, touching, origin, axis, force, friction, stick, anchors):
         for i in range(3):
             q[i] = points[s, i] - anchors[s, i]
         size = np.sqrt(max(dot(q, q) - dot(n, q) ** 2, 0.0))
-        total += friction * force[s] * stick * mobilisation_energy(size / stick)
+        total += friction[s] * force[s] * stick * mobilisation_energy(size / stick)
     return total
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from knotfem.effects import friction_kernels as kernels
-from knotfem.effects.contact import Contact
+from knotfem.effects.contact import PATTERN_PAD, Contact
 from knotfem.effects.tube import sample_points
 from knotfem.solver.effect import Arrays, Effect, StepStart
 from knotfem.solver.sparsity import Matrix
@@ -47,6 +47,15 @@ class Friction(Effect):
         self.traction = np.zeros((0, 3))
         self.mu = np.zeros(0)
 
+    def keys(self, nodes: int) -> np.ndarray | None:
+        c = self.contact
+        out = np.empty((c.pairs.shape[0], 36), dtype=np.int64)
+        count = kernels.stray_stencils(
+            c.tubes.arrays, c.samples.nodes, c.pairs, c.uv, c.gap, c.reach, PATTERN_PAD, self.anchors, out
+        )
+        out = np.unique(out[:count], axis=0)
+        return np.unique(out[:, :, None] * nodes + out[:, None, :]) if count else None
+
     def begin(self, start: StepStart) -> None:
         if self.factor is not None:
             self._now = self.factor(start.end)
@@ -68,7 +77,7 @@ class Friction(Effect):
         c, none = self.contact, np.zeros(0, dtype=np.int64)
         s = c.samples
         return kernels.assemble(
-            x, c.tubes.arrays, s.nodes, s.weights, s.area, c.points, c.pairs, c.uv, c.gap, c.share, self.mu,
+            x, c.tubes.arrays, s.nodes, s.weights, c.area, c.points, c.pairs, c.uv, c.gap, c.share, self.mu,
             c.law.stiffness, c.law.ramp, c.law.stick, self.anchors, residual, matrix is not None,
             np.zeros(0) if matrix is None else matrix.data,
             none if matrix is None else matrix.pattern.node_ptr,

@@ -158,6 +158,30 @@ def potential(x, tubes, points, pairs, uv, force, friction, stick, anchors):
 
 
 @njit(cache=True)
+def stray_stencils(tubes, sample_nodes, pairs, uv, gap, reach, pad, anchors, out):
+    """Slave, master and anchor nodes (36) of near pairs whose anchor has left the padded patch; returns how many."""
+    W, nodes = np.empty((6, 12)), np.empty(12, np.int64)
+    count = 0
+    for k in range(pairs.shape[0]):
+        rod = pairs[k, 1]
+        around = tubes[2][rod]
+        turn = np.floor(anchors[k, 1] + 0.5) - np.floor(uv[k, 1] + 0.5)
+        turn -= around * np.round(turn / around)
+        along = np.floor(anchors[k, 0] + 0.5) - np.floor(uv[k, 0] + 0.5)
+        if gap[k] > reach or (abs(along) <= pad and abs(turn) <= pad):
+            continue
+        stencil(tubes, rod, uv[k, 0], uv[k, 1], nodes, W)
+        for a in range(12):
+            out[count, a] = sample_nodes[pairs[k, 0], a]
+            out[count, 12 + a] = nodes[a]
+        stencil(tubes, rod, anchors[k, 0], anchors[k, 1], nodes, W)
+        for a in range(12):
+            out[count, 24 + a] = nodes[a]
+        count += 1
+    return count
+
+
+@njit(cache=True)
 def pair_normal(x, tubes, rod, uv, W, S, nodes, n):
     """Unit normal of a tube at (u, v)."""
     stencil(tubes, rod, uv[0], uv[1], nodes, W)

@@ -26,17 +26,11 @@ TIED = "tied"
 
 _SETTINGS = ("solver", "output")
 _SCENE, _TIE = "scene.toml", "tie.csv"
-_FILES = (
-    _TIE,
-    "force.csv",
-    "tension.csv",
-    "provenance.json",
-    "status.json",
-    "summary.json",
-    "log.jsonl",
-    "results.vtkhdf",
-    _SCENE,
-)
+_FROM_TYING = (_TIE, "stretch.json", "results.vtkhdf")
+_TABLES = ("force.csv", "tension.csv", "log.jsonl")
+_RECORDS = ("provenance.json", "status.json", "summary.json")
+_PICTURES = tuple(f"{name}.png" for name in ("stretch", "force", "tension", "strain", "pressure", "none"))
+_FILES = (*_FROM_TYING, *_TABLES, *_RECORDS, *_PICTURES, _SCENE)
 
 
 class RunDirectory:
@@ -115,9 +109,9 @@ class RunDirectory:
                     "differs from the tied run", file=self.path, key=key, expected="the same, or a run of its own"
                 )
         run = RunDirectory.create(scene, path, force=force)
-        table = self.path / _TIE
-        if table.exists():
-            write_atomically(run.path / _TIE, table.read_bytes())
+        for name in _FROM_TYING:
+            if (self.path / name).exists():
+                write_atomically(run.path / name, (self.path / name).read_bytes())
         run.checkpoints.adopt(tied)
         return run
 

@@ -66,7 +66,7 @@ class Pardiso:
         iparm = np.zeros(64, dtype=np.int32)
         iparm[0] = 1  # take this array, not the defaults
         iparm[1] = 2  # nested dissection (METIS)
-        iparm[7] = 1  # at most one step of iterative refinement
+        iparm[7] = 0  # iterative refinement only after perturbed pivots
         iparm[9] = 8 if pattern.upper else 13  # pivot perturbation 10^-n
         iparm[10] = 0  # no scaling: the values are not known at the analysis
         iparm[12] = 0  # no matching, likewise

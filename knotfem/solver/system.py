@@ -82,7 +82,7 @@ class System:
         self.clock = Clock()
         self.analyses = 0
         self.factorisations = 0
-        self._static_keys: np.ndarray | None = None
+        self._keys: np.ndarray | None = None
         self._matrix: Matrix | None = None
         self._analysed: Pattern | None = None
         self._start_residual: np.ndarray | None = None
@@ -163,12 +163,20 @@ class System:
         return motion
 
     def memory(self) -> dict[str, Arrays]:
-        """Copies of what the effects remember, by place and name."""
-        return {f"{place}-{effect.name}": effect.memory() for place, effect in enumerate(self.effects)}
+        """Copies of what the effects remember, by place and name, and the pattern in force."""
+        memory = {label: effect.memory() for label, effect in labelled(self.effects)}
+        return {**memory, "pattern": {} if self._keys is None else {"keys": self._keys}}
 
     def recall(self, memory: dict[str, Arrays]) -> None:
-        for place, effect in enumerate(self.effects):
-            effect.recall(memory[f"{place}-{effect.name}"])
+        """Go back to a memory; the pattern, which only ever grows too large, stays."""
+        for label, effect in labelled(self.effects):
+            effect.recall(memory[label])
+
+    def restore(self, memory: dict[str, Arrays]) -> None:
+        """Go on from a memory in a new system, with the pattern of that time and so to the same bits."""
+        self.recall(memory)
+        if "keys" in memory["pattern"]:
+            self._matrix = self._fill(memory["pattern"]["keys"])
 
     def effect(self, name: str) -> list[Effect]:
         """All effects of a name."""
@@ -187,11 +195,13 @@ class System:
         self._analysed = None
 
     def _build(self) -> Matrix:
-        if self._static_keys is None:
-            self._static_keys = np.arange(self.nodes, dtype=np.int64) * (self.nodes + 1)
-        parts = [self._static_keys]
-        parts += [keys for effect in self.effects if (keys := effect.keys(self.nodes)) is not None]
-        pattern = self.clock.run("pattern", _pattern, parts, self.nodes, self.symmetric)
+        diagonal = np.arange(self.nodes, dtype=np.int64) * (self.nodes + 1)
+        parts = [keys for effect in self.effects if (keys := effect.keys(self.nodes)) is not None]
+        return self._fill(merge_keys(diagonal, *parts))
+
+    def _fill(self, keys: np.ndarray) -> Matrix:
+        self._keys = keys
+        pattern = self.clock.run("pattern", Pattern.from_keys, keys, self.nodes, self.symmetric)
         for effect in self.effects:
             self.clock.run("pattern", effect.bind, pattern)
         return Matrix(pattern)
@@ -217,7 +227,11 @@ class System:
         return residual, complete
 
 
-def _pattern(parts: list[np.ndarray], nodes: int, symmetric: bool) -> Pattern:
-    pattern = Pattern.from_keys(merge_keys(*parts), nodes, symmetric)
-    _ = pattern.csr
-    return pattern
+def labelled(effects: Sequence[Effect]) -> list[tuple[str, Effect]]:
+    """Effects with labels of their own: name and place among those of the same name."""
+    seen: dict[str, int] = {}
+    result = []
+    for effect in effects:
+        seen[effect.name] = seen.get(effect.name, 0) + 1
+        result.append((f"{effect.name}-{seen[effect.name]}", effect))
+    return result

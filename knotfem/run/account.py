@@ -1,0 +1,157 @@
+"""What each accepted step is held against: balance of forces, energy account, penetration."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+
+import numpy as np
+
+from knotfem.run.model import Model, StepSystem
+from knotfem.solver.effect import StepStart
+
+EXTERNAL = ("gravity", "cylinder", "cylinder friction", "load")
+"""Effects whose forces come from outside the rods, besides the supports."""
+
+
+@dataclass
+class Energies:
+    """Energy account since the start of the first step after the mapping [N mm].
+
+    Stored: elastic, contact, gravity, kinetic, each the present value. Summed: work of supports and loads, and what
+    friction, drag and the time integration took.
+    """
+
+    work: float = 0.0
+    friction: float = 0.0
+    drag: float = 0.0
+    numerical: float = 0.0
+    elastic: float = 0.0
+    contact: float = 0.0
+    gravity: float = 0.0
+    kinetic: float = 0.0
+    stored_at_start: float = 0.0
+    turnover: float = 0.0
+
+    @property
+    def stored(self) -> float:
+        return self.elastic + self.contact + self.gravity + self.kinetic
+
+    @property
+    def missing(self) -> float:
+        """Work put in that is neither stored nor dissipated."""
+        taken = self.friction + self.drag + self.numerical
+        return self.work - (self.stored - self.stored_at_start) - taken
+
+
+@dataclass(frozen=True)
+class Balance:
+    """Figures of one accepted step.
+
+    Attributes:
+        force: along the reported drive, at its end [N].
+        displacement: of that end since the start of the step [mm].
+        contacts: samples that carry force.
+        sliding: those of them beyond the stick distance.
+        penetration: deepest [mm].
+        imbalance: size of the sum of all external forces, drag and inertia not counted [N].
+        drag_force: size of the sum of the drag [N].
+        reactions: force of each support on the rod, by label [N].
+    """
+
+    force: float
+    displacement: float
+    contacts: int
+    sliding: int
+    penetration: float
+    imbalance: float
+    drag_force: float
+    reactions: dict[str, list[float]] = field(default_factory=dict)
+
+
+class Account:
+    """Keeps the energy account of a run and balances each step."""
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self.energies = Energies()
+        self._forces: dict[str, np.ndarray] | None = None
+
+    def open(self, step: StepSystem, x: np.ndarray, v: np.ndarray, *, first: bool) -> None:
+        """A step system is about to march from x; `first` starts the account."""
+        self._forces = None
+        if first:
+            self._store(x, v)
+            self.energies.stored_at_start = self.energies.stored
+
+    def book(self, step: StepSystem, start: StepStart, x: np.ndarray, v: np.ndarray, origin: np.ndarray) -> Balance:
+        """Book an accepted step.
+
+        Args:
+            step: its system.
+            start: where it set out.
+            x, v: where it ended, shapes [nodes, 3].
+            origin: positions at the start of the scene's step, shape [nodes, 3].
+        """
+        system, e = step.system, self.energies
+        forces = system.forces(x)
+        before = self._forces or forces
+        dx = x - start.motion.x
+        fixed = system.fixed
+
+        def work(name: str) -> float:
+            return float(0.5 * np.sum((before[name] + forces[name]) * dx)) if name in forces else 0.0
+
+        total_before, total = sum(before.values()), sum(forces.values())
+        assert isinstance(total, np.ndarray) and isinstance(total_before, np.ndarray)
+        supports = float(0.5 * np.sum(np.where(fixed, total_before + total, 0.0) * dx))
+        kinetic = e.kinetic
+        e.work += supports - work("load")
+        e.turnover += abs(supports - work("load"))
+        e.friction += work("friction") + work("cylinder friction")
+        e.drag += work("drag")
+        self._store(x, v)
+        e.numerical += work("inertia") - (e.kinetic - kinetic)
+        self._forces = forces
+        return self._balance(step, forces, total, x, origin)
+
+    def _store(self, x: np.ndarray, v: np.ndarray) -> None:
+        e, model = self.energies, self.model
+        e.elastic = sum(effect.energy(x) for effect in model.body.elastic)
+        e.contact = sum(effect.energy(x) for name in ("contact", "cylinder") for effect in model.named(name))
+        e.gravity = sum(effect.energy(x) for effect in model.named("gravity"))
+        inertial = model.scheme.inertial
+        e.kinetic = 0.5 * float(np.einsum("n,ni,ni->", model.body.mass, v, v)) if inertial else 0.0
+
+    def _balance(self, step: StepSystem, forces, total: np.ndarray, x: np.ndarray, origin: np.ndarray) -> Balance:
+        reactions = {label: total[nodes].sum(axis=0) for label, nodes in step.supports.items()}
+        external = sum(reactions.values(), np.zeros(3))
+        for name in EXTERNAL:
+            if name in forces:
+                external = external - forces[name].sum(axis=0)
+        force = displacement = 0.0
+        if step.drives:
+            label, nodes, direction = step.drives[0]
+            displacement = float((x[nodes] - origin[nodes]).mean(axis=0) @ direction)
+            pulled = reactions[label] if label in reactions else -forces["load"][nodes].sum(axis=0)
+            force = float(pulled @ direction)
+        contacts = [c for name in ("contact", "cylinder") for c in self.model.named(name)]
+        rubbing = [f for name in ("friction", "cylinder friction") for f in self.model.named(name)]
+        return Balance(
+            force,
+            displacement,
+            sum(int(np.count_nonzero(c.force)) for c in contacts),
+            sum(f.sliding for f in rubbing),
+            max((c.penetration for c in contacts), default=0.0),
+            float(np.linalg.norm(external)),
+            float(np.linalg.norm(forces["drag"].sum(axis=0))) if "drag" in forces else 0.0,
+            {label: [float(c) for c in value] for label, value in reactions.items()},
+        )
+
+    def state(self) -> dict:
+        """For a checkpoint."""
+        return {"energies": asdict(self.energies), "forces": self._forces}
+
+    def restore(self, state: dict) -> None:
+        """From a checkpoint."""
+        self.energies = Energies(**state["energies"])
+        self._forces = state["forces"]

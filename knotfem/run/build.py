@@ -1,0 +1,230 @@
+"""From a scene to the numerics: meshes, effects and constraints of its rods."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from knotfem import shipped
+from knotfem.centerline import validate
+from knotfem.centerline.curve import interpolate, read_centerline
+from knotfem.centerline.resample import equal_chords
+from knotfem.centerline.smoothing import laplacian
+from knotfem.effects.core import Core
+from knotfem.effects.elasticity import Elasticity
+from knotfem.effects.formulation import make_formulation
+from knotfem.effects.inertia import lumped_mass
+from knotfem.effects.penalty import Penalty
+from knotfem.mesh.rod import RodMesh, extrude
+from knotfem.mesh.section import read_section
+from knotfem.scene.model import Scene
+from knotfem.scene.rods import CURVE_SUFFIXES, Rod
+from knotfem.solver import schemes
+from knotfem.solver.effect import Effect
+
+
+@dataclass(frozen=True, eq=False)
+class Centreline:
+    """Where a rod is to lie when tied.
+
+    Attributes:
+        points: vertices in equal chords [mm], shape [sections, 3].
+        warnings: what deserves one.
+    """
+
+    points: np.ndarray
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class RodBody:
+    """One rod in the numbering of the whole model.
+
+    Attributes:
+        scene: what the user asked for.
+        mesh: in its own numbering.
+        first: number of its first node.
+        target: centreline of the tied rod.
+        bulk: its hexahedra.
+        core: its truss, or None.
+        section_nodes: shape [sections, nodes a section].
+        section_points: of the section [mm], shape [nodes a section, 2].
+    """
+
+    scene: Rod
+    mesh: RodMesh
+    first: int
+    target: Centreline
+    bulk: Elasticity
+    core: Core | None
+    section_nodes: np.ndarray
+    section_points: np.ndarray
+
+    @property
+    def axis_nodes(self) -> np.ndarray:
+        """Nodes on the centreline, shape [sections]."""
+        return self.section_nodes[:, self.mesh.section.axis]
+
+    @property
+    def axial_stiffness(self) -> float:
+        """EA of bulk and core [N]."""
+        area = float(self.bulk.formulation.weights.sum()) / self.mesh.element_length
+        return self.scene.material.youngs_modulus * area + (self.core.axial_stiffness if self.core else 0.0)
+
+    def end_nodes(self, side: str) -> np.ndarray:
+        """Nodes of the section at "start" or "end"."""
+        return self.section_nodes[0 if side == "start" else -1]
+
+    def end_weights(self) -> np.ndarray:
+        """Share of each node of an end section in a force that stretches bulk and core alike, summing to one."""
+        quads, points = self.mesh.section.quads, self.section_points
+        weights = np.zeros(len(points))
+        corner = points[quads]
+        across, along = corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1]
+        area = 0.5 * np.abs(across[:, 0] * along[:, 1] - across[:, 1] * along[:, 0])
+        np.add.at(weights, quads, np.repeat(area[:, None] / 4.0, 4, axis=1))
+        weights *= self.scene.material.youngs_modulus
+        if self.core is not None:
+            weights[self.mesh.section.axis] += self.core.axial_stiffness
+        return weights / weights.sum()
+
+
+@dataclass(eq=False)
+class Body:
+    """All rods of a scene.
+
+    Attributes:
+        scene: what the user asked for.
+        rods: in the scene's order.
+        mass: lumped, of all nodes [tonne].
+        shift_weights: share of each node in the volume, summing to one.
+        sections: cross-section of each node, counted through all rods.
+    """
+
+    scene: Scene
+    rods: list[RodBody]
+    mass: np.ndarray
+    shift_weights: np.ndarray
+    sections: np.ndarray
+    warnings: list[str] = field(default_factory=list)
+
+    @property
+    def nodes(self) -> int:
+        return self.mass.size
+
+    @property
+    def hexes(self) -> int:
+        return sum(len(rod.mesh.hexes) for rod in self.rods)
+
+    @property
+    def law(self) -> Penalty:
+        """Penalty law in units of the thinnest rod and the softest material."""
+        c = self.scene.contact
+        d = min(rod.scene.diameter for rod in self.rods)
+        modulus = min(rod.scene.material.youngs_modulus for rod in self.rods)
+        return Penalty(
+            c.stiffness_over_modulus * modulus / d, c.ramp_over_diameter * d, c.stick_over_diameter * d
+        )
+
+    @property
+    def elastic(self) -> list[Effect]:
+        """Bulk and core of all rods."""
+        return [effect for rod in self.rods for effect in (rod.bulk, rod.core) if effect is not None]
+
+    def centrelines(self, x: np.ndarray) -> list[np.ndarray]:
+        """Positions of the axis nodes of each rod, shapes [sections, 3]."""
+        return [x[rod.axis_nodes] for rod in self.rods]
+
+
+def centreline_of(rod: Rod, slices: int, scene: Scene) -> Centreline:
+    """Read, smooth, scale, resample, place and check a rod's centreline.
+
+    Raises:
+        InputError: no rod can lie along it.
+    """
+    path = rod.centerline if Path(rod.centerline).suffix in CURVE_SUFFIXES else shipped.centerline_path(rod.centerline)
+    curve = read_centerline(path)
+    raw = None
+    if rod.smoothing.iterations > 0:
+        drawn = equal_chords(curve, slices, rod.length)
+        raw = drawn.points
+        curve = interpolate(laplacian(raw, rod.smoothing.gamma, rod.smoothing.iterations))
+    points = place(equal_chords(curve, slices, rod.length).points, rod)
+    obstacles = [
+        validate.Cylinder(tuple(o.point), tuple(o.axis), o.diameter) for o in scene.obstacles if scene.contact.enabled
+    ]
+    warnings = validate.check_centerline(
+        points,
+        rod.diameter,
+        obstacles=obstacles,
+        unsmoothed=None if raw is None else place(raw, rod),
+        file=rod.centerline,
+    )
+    return Centreline(points, tuple(warnings))
+
+
+def place(points: np.ndarray, rod: Rod) -> np.ndarray:
+    """Turn and move a scaled curve to where the scene has it, shape [n, 3]."""
+    from scipy.spatial.transform import Rotation
+
+    axis = np.array(rod.rotation.axis, dtype=float)
+    turn = Rotation.from_rotvec(rod.rotation.angle * axis / np.linalg.norm(axis))
+    return turn.apply(points) + np.array(rod.origin)
+
+
+def build_body(scene: Scene) -> Body:
+    """Mesh all rods of a scene.
+
+    Raises:
+        InputError: a centreline or a section that cannot be.
+    """
+    rods, masses, volumes, sections = [], [], [], []
+    first = 0
+    for rod in scene.rods:
+        slices = max(2, round(rod.length / rod.mesh.element_length))
+        section = read_section(shipped.section_path(rod.mesh.section_elements))
+        mesh = extrude(
+            section, 0.5 * rod.diameter, rod.length, slices, match_bending=rod.mesh.match_bending_stiffness
+        )
+        points = mesh.nodes[: len(section.points), :2]
+        form = make_formulation(rod.mesh.element, points[section.quads], mesh.element_length)
+        elements = mesh.hexes.reshape(slices, len(section.quads), -1) + first
+        material = rod.material
+        bulk = Elasticity(elements, form, material.shear_modulus, material.bulk_modulus)
+        core = (
+            Core(mesh.core + first, mesh.element_length, rod.core.axial_stiffness) if rod.core is not None else None
+        )
+        body = RodBody(
+            rod, mesh, first, centreline_of(rod, slices, scene), bulk, core, mesh.section_nodes + first, points
+        )
+        rods.append(body)
+        local = elements - first
+        masses.append(lumped_mass(local, form, material.density, len(mesh.nodes)))
+        volumes.append(lumped_mass(local, form, 1.0, len(mesh.nodes)))
+        offset = 0 if not sections else int(sections[-1][-1]) + 1
+        sections.append(offset + np.repeat(np.arange(slices + 1), len(points)))
+        first += len(mesh.nodes)
+    volume = np.concatenate(volumes)
+    return Body(
+        scene,
+        rods,
+        np.concatenate(masses),
+        volume / volume.sum(),
+        np.concatenate(sections),
+        [warning for rod in rods for warning in rod.target.warnings],
+    )
+
+
+def make_scheme(scene: Scene) -> schemes.Scheme:
+    """Time integration scheme of a scene."""
+    kinds: dict[str, Callable[[], schemes.Scheme]] = {
+        "quasi-static": schemes.Scheme,
+        "backward-euler": schemes.BackwardEuler,
+        "hht": lambda: schemes.hht(scene.inertia.hht_alpha),
+        "generalised-alpha": lambda: schemes.generalised_alpha(scene.inertia.spectral_radius),
+    }
+    return kinds[scene.inertia.scheme]()
+

@@ -1,0 +1,291 @@
+"""Runs a scene: mapping, relaxing, loading; saves, watches, stops and goes on."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+
+from knotfem.errors import KnotfemError, KnotLost, NotConverged
+from knotfem.run.account import Account
+from knotfem.run.build import build_body
+from knotfem.run.directory import TIED, RunDirectory
+from knotfem.run.mapping import make_paths, mapping
+from knotfem.run.model import build_model, step_system
+from knotfem.run.outputs import Outputs
+from knotfem.run.progress import Progress, Silent, StepReport
+from knotfem.run.provenance import Provenance
+from knotfem.run.stepping import AtRest, march_of, restored_progress, stored_progress, threads_of
+from knotfem.run.stop import StopRequest
+from knotfem.run.watch import KnotWatch
+from knotfem.scene.model import Scene
+from knotfem.scene.steps import Loaded, Relax, Release, Step
+from knotfem.solver import march
+from knotfem.solver.effect import Motion
+from knotfem.solver.system import labelled
+
+
+def tie(scene: Scene, run: RunDirectory, progress: Progress | None = None) -> None:
+    """Map the centreline into the knot and let the loose knot come to rest.
+
+    Args:
+        scene: what to run.
+        run: a new run, or one whose tying was stopped.
+        progress: told of each step.
+
+    Raises:
+        KnotfemError: with the exit code of what ended the run.
+    """
+    _drive(scene, run, "tie", progress)
+
+
+def pull(scene: Scene, run: RunDirectory, progress: Progress | None = None) -> None:
+    """Tie if need be, then take all steps of the scene; see `tie`."""
+    _drive(scene, run, "pull", progress)
+
+
+def resume(run: RunDirectory, progress: Progress | None = None) -> None:
+    """Go on from the last checkpoint to what the run was asked for; see `tie`."""
+    checkpoint = run.checkpoints.latest()
+    goal = run.read_status().get("goal") if (run.path / "status.json").exists() else None
+    _drive(run.scene, run, str(goal or (checkpoint.metadata["goal"] if checkpoint else "pull")), progress)
+
+
+def _drive(scene: Scene, run: RunDirectory, goal: str, progress: Progress | None) -> None:
+    progress = progress or Silent()
+    with StopRequest(scene.solver.time_limit) as stop:
+        provenance = Provenance(run.path)
+        provenance.begin(threads=threads_of(scene))
+        reason = "failed"
+        driver = None
+        try:
+            run.write_status("running", goal=goal)
+            driver = Driver(scene, run, goal, progress, stop, provenance)
+            driver.go()
+            run.write_status("done", goal=goal, **driver.where())
+            reason = "done"
+        except KnotfemError as error:
+            stopped = error.exit_code in (75, 130)
+            reason = f"{'stopped' if stopped else 'failed'}: {error}"
+            where = driver.where() if driver is not None else {}
+            run.write_status("stopped" if stopped else "failed", goal=goal, reason=str(error), **where)
+            raise
+        finally:
+            provenance.finish(reason)
+
+
+class Driver:
+    """One session of a run."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        run: RunDirectory,
+        goal: str,
+        progress: Progress,
+        stop: StopRequest,
+        provenance: Provenance,
+    ) -> None:
+        self.run, self.scene, self.goal = run, scene, goal
+        self.progress, self.stop, self.provenance = progress, stop, provenance
+        progress.message("building the model (kernels are compiled on the first run of an installation)")
+        self.body = build_body(self.scene)
+        for warning in self.body.warnings:
+            progress.message(f"warning: {warning}")
+        self.model = build_model(self.body)
+        self.account = Account(self.model)
+        self.watch = KnotWatch(self.body)
+        self.outputs = Outputs(run, self.model)
+        self.motion = Motion.at_rest(np.zeros((self.body.nodes, 3)))
+        self.phase = "mapping"
+        self.next_step = 0
+        self.knots_before: dict[str, Any] | None = None
+        self._resume_state: dict[str, Any] | None = None
+        self._fraction = 0.0
+
+    def where(self) -> dict[str, Any]:
+        """For status.json."""
+        return {"phase": self.phase, "time_s": self.motion.time, "fraction": self._fraction}
+
+    def go(self) -> None:
+        """Take all phases that are left."""
+        if not self._restore():
+            self._map()
+        wanted = self.scene.tying_steps if self.goal == "tie" else self.scene.steps
+        tying = len(self.scene.tying_steps)
+        if self.next_step == tying:
+            self._mark_tied()
+        while self.next_step < len(wanted):
+            self._take(wanted[self.next_step])
+            self.next_step += 1
+            self._resume_state = None
+            if self.next_step == tying:
+                self._mark_tied()
+            else:
+                self._save()
+        self.outputs.summary.knots(self.knots_before, self.watch.name(self.motion.x))
+        self.outputs.close(self.account)
+
+    def _map(self) -> None:
+        began_wall, began_cpu = time.perf_counter(), time.process_time()
+        paths = make_paths(self.body)
+        solver = self.outputs.summary.choose_solver(self.scene)
+        self.provenance.note(linear_solver=solver, tie=[path.describe() for path in paths])
+        for increment in mapping(self.body, paths, threads_of(self.scene), solver):
+            self.outputs.mapping(increment)
+            self._fraction = increment.mapping_time
+            self.motion = Motion.at_rest(increment.x)
+            self.progress.step(
+                StepReport("mapping", increment.mapping_time, increment.mapping_time, iterations=increment.iterations)
+            )
+            if not increment.solved:
+                self.progress.message(f"no solid can follow the mapping at time {increment.mapping_time:g}; passed over")
+            self.run.log(
+                phase="mapping",
+                mapping_time=increment.mapping_time,
+                smallest_j=increment.smallest_j,
+                solved=increment.solved,
+            )
+            if self.stop.due:
+                raise self.stop.error()
+        self.outputs.summary.phase("mapping", began_wall, began_cpu)
+        self.outputs.summary.stretch([path.stretch(t) for path in paths for t in self.outputs.mapping_times])
+        self.outputs.stretch_plot(self.body)
+        self.knots_before = self.watch.name(self.motion.x)
+        self._save()
+
+    def _take(self, step: Step) -> None:
+        began_wall, began_cpu = time.perf_counter(), time.process_time()
+        self.phase, resumed = step.name, self._resume_state
+        origin = resumed["origin"] if resumed else self.motion.x.copy()
+        began = float(resumed["began"]) if resumed else self.motion.time
+        before = self._forces_before()
+        equations = step_system(self.model, step, began, origin, before, threads_of(self.scene))
+        system = equations.system
+        progress = restored_progress(resumed) if resumed else march.Progress.at(self.motion)
+        if resumed:
+            system.restore(resumed["memory"])
+        else:
+            system.update(self.motion.x)
+        self.account.open(equations, self.motion.x, self.motion.v, first=self.next_step == 0 and not resumed)
+        if resumed:
+            self.account.restore(resumed["account"])
+        walk = march_of(self.scene, step, system, progress, self.body, began)
+        rest = AtRest(step, self.scene) if isinstance(step, Relax | Release) else None
+        saved = time.monotonic()
+        try:
+            for accepted in walk:
+                self.motion = accepted.motion
+                self.watch.check_passage(accepted.start.motion.x, self.motion.x, self.motion.time)
+                balance = self.account.book(equations, accepted.start, self.motion.x, self.motion.v, origin)
+                resting = rest is not None and rest.reached(accepted, self.account.energies, balance)
+                self._fraction = _fraction(walk, began, self.motion.time)
+                self.outputs.step(step, accepted, balance, self.account, system)
+                self._report(step, accepted, balance, began)
+                done = resting or self.motion.time >= walk.stops[-1] * (1.0 - 1e-12)
+                if accepted.arrived or done:
+                    self.outputs.state(self.motion, balance, step)
+                    self._check_held(step)
+                if resting:
+                    break
+                if self.stop.due:
+                    self._save(step, walk.progress, origin, began, system)
+                    raise self.stop.error()
+                if not done and time.monotonic() - saved > self.scene.output.checkpoint_every:
+                    self._save(step, walk.progress, origin, began, system)
+                    saved = time.monotonic()
+            else:
+                if isinstance(step, Relax):
+                    raise NotConverged(f"{step.name}: not at rest after {step.longest:g} s")
+        except NotConverged:
+            self._save(step, walk.progress, origin, began, system)
+            raise
+        finally:
+            self.outputs.summary.system(system)
+            self.outputs.summary.phase(step.name, began_wall, began_cpu)
+            system.close()
+
+    def _report(self, step: Step, accepted: march.Accepted, balance, began: float) -> None:
+        driven = bool(step.driven)
+        self.progress.step(
+            StepReport(
+                step.name,
+                self._fraction,
+                self.motion.time - began,
+                balance.displacement,
+                balance.force,
+                balance.displacement if driven and accepted.start.dt <= 0.0 else accepted.start.dt,
+                balance.contacts,
+                balance.penetration,
+                accepted.took.count,
+            )
+        )
+
+    def _forces_before(self) -> dict[str, float]:
+        """Force of each loaded end at the end of the step before."""
+        if self.next_step == 0:
+            return {}
+        ends = self.scene.steps[self.next_step - 1].all_ends()
+        return {f"{rod}.{side}": end.force for (rod, side), end in ends.items() if isinstance(end, Loaded)}
+
+    def _check_held(self, step: Step) -> None:
+        if not step.must_hold or self.knots_before is None:
+            return
+        for rod, knot in zip(self.body.rods, self.watch.knots(self.motion.x), strict=True):
+            before = self.knots_before[rod.scene.name]
+            was_tied = before["name"] != "unknot" or any(before["linking"])
+            if was_tied and knot.undone:
+                raise KnotLost(f"{step.name}: the {before['name']} of {rod.scene.name} has come undone")
+
+    def _mark_tied(self) -> None:
+        if self.run.checkpoints.named(TIED) is None:
+            self._save(name=TIED)
+
+    def _save(self, step: Step | None = None, progress=None, origin=None, began=0.0, system=None, name="") -> None:
+        progress = progress or march.Progress.at(self.motion)
+        memory = {label: effect.memory() for label, effect in labelled(self.model.effects)}
+        state = {
+            "progress": stored_progress(progress),
+            "memory": system.memory() if system is not None else memory,
+            "origin": progress.motion.x if origin is None else origin,
+            "began": began,
+            "account": self.account.state(),
+            "knots_before": self.knots_before,
+            "outputs": self.outputs.state_for_checkpoint(),
+        }
+        metadata = {
+            "goal": self.goal,
+            "next_step": self.next_step,
+            "inside": step.name if step is not None else "",
+            **self.outputs.rows(),
+        }
+        self.run.checkpoints.save(state, metadata, name)
+
+    def _restore(self) -> bool:
+        checkpoint = self.run.checkpoints.latest()
+        if checkpoint is None:
+            self.outputs.begin(None)
+            return False
+        state = checkpoint.state
+        self.outputs.begin(checkpoint.metadata)
+        self.outputs.restore(state["outputs"])
+        self.next_step = int(checkpoint.metadata["next_step"])
+        self.knots_before = state["knots_before"]
+        progress = restored_progress(state)
+        self.motion = progress.motion
+        for label, effect in labelled(self.model.effects):
+            if label in state["memory"]:
+                effect.recall(state["memory"][label])
+        self.account.restore(state["account"])
+        if checkpoint.metadata["inside"]:
+            self._resume_state = state
+        self.provenance.note(linear_solver=self.outputs.summary.choose_solver(self.scene))
+        return True
+
+
+def _fraction(walk: march.March, began: float, now: float) -> float:
+    length = float(walk.stops[-1]) - began
+    return (now - began) / length if length > 0.0 else 1.0
+
+

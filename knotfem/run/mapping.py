@@ -1,0 +1,142 @@
+"""The tying phase: bulk and core follow the mapped centreline, contact off."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from knotfem.centerline.frames import rotation_minimising_frame, tangents
+from knotfem.effects.load import held
+from knotfem.errors import InputError, NotConverged
+from knotfem.run.build import Body, RodBody
+from knotfem.solver.effect import Motion, StepStart
+from knotfem.solver.linear import LinearSolver, make_solver
+from knotfem.solver.newton import Iterations, NewtonSettings, StepFailed, solve
+from knotfem.solver.schemes import Scheme
+from knotfem.solver.system import System
+from knotfem.tie import CentrelinePath, make_path, swept_state
+
+LOOSE = 1e-2
+"""Tolerance [N] of increments on the way; the last is solved to the scene's own."""
+
+
+@dataclass(frozen=True)
+class Increment:
+    """One increment of the mapping.
+
+    Attributes:
+        mapping_time: 0 to 1.
+        stretch: of every edge of every rod, shape [edges].
+        iterations: of Newton's method.
+        solved: whether the solid could follow; only the last increment must.
+        wall: [s].
+        x: positions [mm], shape [nodes, 3].
+        smallest_j: smallest determinant of the deformation gradient.
+    """
+
+    mapping_time: float
+    stretch: np.ndarray
+    iterations: int
+    solved: bool
+    wall: float
+    x: np.ndarray
+    smallest_j: float
+
+
+def make_paths(body: Body) -> list[CentrelinePath]:
+    """Mapping of each rod, as the scene has it."""
+    tie = body.scene.tie
+    direction = None if tie.optimise_direction else (0.0, 0.0, 1.0)
+    return [
+        make_path(tie.path, rod.target.points, direction=direction, degree=tie.degree, threshold=tie.threshold)
+        for rod in body.rods
+    ]
+
+
+def mapping(body: Body, paths: list[CentrelinePath], threads: int, solver_name: str) -> Iterator[Increment]:
+    """Carry the straight rods along their paths.
+
+    Each increment is swept onto its centreline and solved from there, so that one on the way that no solid can follow
+    (the linear path crushes the rod) is reported and passed over; the last is the same for every path.
+
+    Raises:
+        NotConverged: the last increment was not solved.
+    """
+    tie, settings = body.scene.tie, body.scene.solver
+    times = [1.0] if tie.path == "direct" else [i / tie.increments for i in range(1, tie.increments + 1)]
+    frames = [_carried_frames(path, times) for path in paths]
+    solver = make_solver(solver_name, threads)
+    for number, mapping_time in enumerate(times):
+        began = time.perf_counter()
+        last = number == len(times) - 1
+        stretch = [path.stretch(mapping_time) for path in paths]
+        tolerance = settings.force_tolerance if last else max(LOOSE, settings.force_tolerance)
+        x, took = np.empty((body.nodes, 3)), Iterations()
+        solved = True
+        try:
+            held_nodes = [
+                _sweep(x, rod, path.at(mapping_time), frame[number], stretched)
+                for rod, path, frame, stretched in zip(body.rods, paths, frames, stretch, strict=True)
+            ]
+            x, took = _balance(body, x, np.concatenate(held_nodes), solver, tolerance)
+        except (InputError, StepFailed) as error:
+            if last:
+                raise NotConverged(f"mapping: the last increment was not solved: {error}") from error
+            solved = False
+        smallest = min(rod.bulk.smallest_j for rod in body.rods)
+        wall = time.perf_counter() - began
+        yield Increment(mapping_time, np.concatenate(stretch), took.count, solved, wall, x, smallest)
+    solver.close()
+
+
+def _balance(
+    body: Body, x: np.ndarray, nodes: np.ndarray, solver: LinearSolver, tolerance: float
+) -> tuple[np.ndarray, Iterations]:
+    system = System(body.elastic, body.nodes, solver, Scheme(), [held(nodes, x[nodes])], body.shift_weights)
+    start = StepStart(Motion.at_rest(x), 1.0)
+    system.begin(start)
+    diameter = body.rods[0].scene.diameter
+    settings = NewtonSettings(
+        force_tolerance=tolerance,
+        resultant_tolerance=100.0 * tolerance,
+        max_iterations=body.scene.solver.max_iterations,
+        largest_move=10.0 * diameter,
+        endgame_move=diameter,
+    )
+    return solve(system, x, start, settings, body.sections)
+
+
+def _sweep(x: np.ndarray, rod: RodBody, points: np.ndarray, start: np.ndarray, stretch: np.ndarray) -> np.ndarray:
+    """Put a rod's sections onto a centreline, free of stress history; returns the nodes to be held."""
+    frames = rotation_minimising_frame(points, start)
+    x[rod.section_nodes] = swept_state(
+        points, frames, rod.section_points, rod.scene.material.poissons_ratio, stretch=stretch
+    )
+    rod.bulk.pressure[:] = 0.0
+    if rod.core is not None:
+        rod.core.force[:] = 0.0
+    return np.unique(np.concatenate([rod.axis_nodes, rod.section_nodes[0], rod.section_nodes[-1]]))
+
+
+def _carried_frames(path: CentrelinePath, times: list[float]) -> list[np.ndarray]:
+    """First section's d1 at each time, carried without spin, rolled so that it ends the same for every path."""
+    first = [tangents(path.at(t))[0] for t in (0.0, *times)]
+    carried = [rotation_minimising_frame(path.at(0.0))[0, 0]]
+    for before, after in pairwise(first):
+        carried.append(_turned(carried[-1], before, after))
+    goal = rotation_minimising_frame(path.at(1.0))[0, 0]
+    across = np.cross(first[-1], carried[-1])
+    angle = np.arctan2(goal @ across, goal @ carried[-1])
+    return [
+        np.cos(angle) * d1 + np.sin(angle) * np.cross(t, d1) for t, d1 in zip(first[1:], carried[1:], strict=True)
+    ]
+
+
+def _turned(d1: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """d1 turned by the smallest rotation that takes the tangent `before` to `after`."""
+    axis = np.cross(before, after)
+    return d1 + np.cross(axis, d1) + np.cross(axis, np.cross(axis, d1)) / (1.0 + before @ after)

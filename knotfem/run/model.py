@@ -1,0 +1,230 @@
+"""The effects that a scene calls for, and the system of equations of each of its steps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from knotfem.errors import InputError
+from knotfem.run.build import Body, RodBody, make_scheme
+from knotfem.scene.model import Scene
+from knotfem.scene.steps import Clamped, Driven, Load, Loaded, Pinned, Pull, Step
+from knotfem.solver.effect import Effect
+from knotfem.solver.linear import make_solver
+from knotfem.solver.schemes import Scheme
+from knotfem.solver.system import Prescribed, System
+
+
+@dataclass(eq=False)
+class Model:
+    """Effects that outlive a step, in the order in which they are assembled.
+
+    Attributes:
+        body: rods.
+        scheme: time integration.
+        effects: bulk and core first.
+        absent: effects that the scene does not call for, each with why.
+    """
+
+    body: Body
+    scheme: Scheme
+    effects: list[Effect]
+    absent: dict[str, str] = field(default_factory=dict)
+
+    def named(self, name: str) -> list:
+        """All effects of a name."""
+        return [effect for effect in self.effects if effect.name == name]
+
+
+def build_model(body: Body) -> Model:
+    """Effects of a scene; an absent one is not imported, holds no memory and is not visited."""
+    scene = body.scene
+    model = Model(body, make_scheme(scene), list(body.elastic))
+    if all(rod.core is None for rod in body.rods):
+        model.absent["core"] = "no rod has one"
+    _add_mass(model, scene)
+    _add_contact(model, scene)
+    return model
+
+
+def _add_mass(model: Model, scene: Scene) -> None:
+    mass, effects = model.body.mass, model.effects
+    if model.scheme.inertial:
+        from knotfem.effects.inertia import Inertia
+
+        effects.append(Inertia(mass, model.scheme))
+    else:
+        model.absent["inertia"] = 'inertia.scheme is "quasi-static"'
+    if scene.drag is not None and scene.drag.rate > 0.0:
+        from knotfem.effects.inertia import Drag
+
+        effects.append(Drag(mass, scene.drag.rate, model.scheme))
+    else:
+        model.absent["drag"] = "not in the scene" if scene.drag is None else "its rate is 0"
+    if scene.gravity is not None and scene.gravity.acceleration > 0.0:
+        from knotfem.effects.gravity import Gravity
+
+        direction = np.array(scene.gravity.direction)
+        effects.append(Gravity(mass, scene.gravity.acceleration * direction / np.linalg.norm(direction)))
+    else:
+        model.absent["gravity"] = "not in the scene" if scene.gravity is None else "its acceleration is 0"
+
+
+def _add_contact(model: Model, scene: Scene) -> None:
+    if not scene.contact.enabled:
+        for name in ("contact", "friction", "cylinder", "cylinder friction"):
+            model.absent[name] = "contact.enabled is false"
+        return
+    from knotfem.effects.contact import Contact
+    from knotfem.effects.tube import make_samples, make_tubes
+
+    body, law = model.body, model.body.law
+    tubes = make_tubes(
+        [rod.mesh.ring_nodes + rod.first for rod in body.rods],
+        [rod.axis_nodes for rod in body.rods],
+        [rod.mesh.element_length for rod in body.rods],
+        [rod.mesh.radius for rod in body.rods],
+        [rod.mesh.radius * rod.mesh.node_scale for rod in body.rods],
+    )
+    spacing = scene.contact.sample_spacing_over_diameter * min(rod.scene.diameter for rod in body.rods)
+    samples = make_samples(tubes, spacing)
+    contact = Contact(tubes, samples, law)
+    model.effects.append(contact)
+    names = [rod.scene.name for rod in body.rods]
+    between = np.array([[scene.friction_between(a, b) for b in names] for a in names])
+    if between.max() > 0.0 or any(step.friction_schedule for step in scene.steps):
+        from knotfem.effects.friction import Friction
+
+        model.effects.append(Friction(contact, between))
+    else:
+        model.absent["friction"] = "all coefficients between rods are 0"
+    if not scene.obstacles:
+        model.absent["cylinder"] = model.absent["cylinder friction"] = "the scene has no obstacle"
+        return
+    from knotfem.effects.cylinder import Cylinder
+
+    rubbing = False
+    for obstacle in scene.obstacles:
+        axis = np.array(obstacle.axis, dtype=float)
+        axis /= np.linalg.norm(axis)
+        cylinder = Cylinder(samples, law, np.array(obstacle.point), axis, 0.5 * obstacle.diameter)
+        model.effects.append(cylinder)
+        mu = np.array([scene.friction_between(name, obstacle.name) for name in names])
+        if mu.max() > 0.0:
+            from knotfem.effects.cylinder import CylinderFriction
+
+            model.effects.append(CylinderFriction(cylinder, mu))
+            rubbing = True
+    if not rubbing:
+        model.absent["cylinder friction"] = "all coefficients of obstacles are 0"
+
+
+@dataclass(eq=False)
+class StepSystem:
+    """A system with what its step prescribes.
+
+    Attributes:
+        system: effects and constraints.
+        supports: nodes of each held or driven end, by its label.
+        drives: label, nodes and unit direction of each driven or loaded end, the first being the one that is reported.
+    """
+
+    system: System
+    supports: dict[str, np.ndarray]
+    drives: list[tuple[str, np.ndarray, np.ndarray]]
+
+
+def step_system(
+    model: Model, step: Step, start: float, x: np.ndarray, before: dict[str, float], threads: int
+) -> StepSystem:
+    """Equations of a step.
+
+    Args:
+        model: effects.
+        step: what happens to the ends.
+        start: time at which the step begins [s].
+        x: positions at that time [mm], shape [nodes, 3].
+        before: force of each loaded end in the step before [N], by label.
+        threads: of the linear solver.
+    """
+    prescribed: list[Prescribed] = []
+    loads: list[Effect] = []
+    drives: list[tuple[str, np.ndarray, np.ndarray]] = []
+    for rod in model.body.rods:
+        for side in ("start", "end"):
+            _add_end(rod, side, step, start, x, before, prescribed, loads, drives)
+    _schedule_friction(model, step, start)
+    solver = make_solver(model.body.scene.solver.linear, threads)
+    system = System(
+        [*model.effects, *loads], model.body.nodes, solver, model.scheme, prescribed, model.body.shift_weights
+    )
+    return StepSystem(system, {motion.label: motion.nodes for motion in prescribed}, drives)
+
+
+def _add_end(rod: RodBody, side: str, step: Step, start, x, before, prescribed, loads, drives) -> None:
+    from knotfem.effects.load import EndForce, FollowingForce, driven, held
+
+    end = getattr(step.ends[rod.scene.name], side)
+    label = f"{rod.scene.name}.{side}"
+    nodes = rod.end_nodes(side)
+    axis = nodes[rod.mesh.section.axis]
+    match end:
+        case Clamped():
+            prescribed.append(held(nodes, x[nodes], label))
+        case Pinned():
+            prescribed.append(held(nodes[[rod.mesh.section.axis]], x[[axis]], label))
+        case Driven():
+            assert isinstance(step, Pull)
+            direction = _unit(end.direction)
+            prescribed.append(driven(nodes, x[nodes], direction, _ramp(start, step.speed, step.displacement), label))
+            drives.insert(0, (label, nodes, direction))
+        case Loaded():
+            direction = _unit(end.direction)
+            history = _force_history(end.force, before.get(label, 0.0), step, start)
+            if end.following:
+                other = rod.axis_nodes[1 if side == "start" else -2]
+                outward = x[axis] - x[other]
+                if abs(np.dot(_unit(outward), direction)) < 0.5:
+                    raise InputError(
+                        "a following force acts along the end's tangent",
+                        key=f"steps.ends.{label}.direction",
+                        found=str(list(end.direction)),
+                        expected=f"near +-{np.round(_unit(outward), 3).tolist()}",
+                    )
+                sign = 1.0 if np.dot(outward, direction) > 0.0 else -1.0
+                weights = sign * rod.end_weights()
+                loads.append(FollowingForce(nodes, weights, int(other), int(axis), history))
+            else:
+                loads.append(EndForce(nodes, rod.end_weights(), direction, history))
+            drives.append((label, nodes, direction))
+
+
+def _ramp(start: float, speed: float, displacement: float) -> Callable[[float], float]:
+    return lambda time: min(speed * (time - start), displacement)
+
+
+def _force_history(force: float, before: float, step: Step, start: float) -> Callable[[float], float]:
+    if not isinstance(step, Load):
+        return lambda time: force
+    return lambda time: before + (force - before) * min(1.0, (time - start) / step.duration)
+
+
+def _schedule_friction(model: Model, step: Step, start: float) -> None:
+    if not step.friction_schedule:
+        return
+    reference = model.body.scene.contact.friction
+    if reference <= 0.0:
+        raise InputError(
+            "a friction schedule needs friction to scale", key="contact.friction", found=0.0, expected="above 0"
+        )
+    times = np.array([point.time for point in step.friction_schedule]) + start
+    factors = np.array([point.friction for point in step.friction_schedule]) / reference
+    for friction in model.named("friction"):
+        friction.factor = lambda time: float(np.interp(time, times, factors))
+
+
+def _unit(vector) -> np.ndarray:
+    v = np.array(vector, dtype=float)
+    return v / np.linalg.norm(v)

@@ -1,0 +1,146 @@
+"""Tables, series and summary of a run."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from knotfem.run.account import Account, Balance
+from knotfem.run.build import Body
+from knotfem.run.directory import RunDirectory
+from knotfem.run.fields import fields, open_series
+from knotfem.run.files import write_atomically
+from knotfem.run.mapping import Increment
+from knotfem.run.model import Model
+from knotfem.run.profile import EXTRA_COLUMNS, profile_rows
+from knotfem.run.summary import Summary
+from knotfem.scene.steps import Relax, Step
+from knotfem.solver.effect import Motion
+from knotfem.solver.march import Accepted
+from knotfem.solver.system import System
+
+FORCE_EXTRA = (
+    "step", "sliding", "imbalance_N", "drag_force_N", "work_Nmm", "elastic_Nmm", "kinetic_Nmm", "contact_Nmm",
+    "gravity_Nmm", "friction_Nmm", "drag_Nmm", "numerical_Nmm", "missing_Nmm", "cutbacks",
+)  # fmt: skip
+
+
+class Outputs:
+    """All that a run writes besides checkpoints and status."""
+
+    def __init__(self, run: RunDirectory, model: Model) -> None:
+        self.run, self.model = run, model
+        self.summary = Summary(run, model)
+        self.mapping_times: list[float] = []
+        self._stretches: list[np.ndarray] = []
+        self._series = None
+
+    def begin(self, metadata: dict[str, Any] | None) -> None:
+        """Start the tables, or cut them back to the rows of a checkpoint."""
+        self.tie, self.force, self.tension = (
+            self.run.tie_table,
+            self.run.force_table(FORCE_EXTRA),
+            self.run.tension_table(EXTRA_COLUMNS),
+        )
+        rows = metadata["rows"] if metadata else {"tie": 0, "force": 0, "tension": 0, "series": 0}
+        self.tie.keep(rows["tie"])
+        self.force.keep(rows["force"])
+        self.tension.keep(rows["tension"])
+        if self.model.body.scene.output.fields:
+            path = self.run.path / "results.vtkhdf"
+            self._series = open_series(path, self.model, int(rows["series"]) if metadata else None)
+
+    def rows(self) -> dict[str, Any]:
+        """For the metadata of a checkpoint."""
+        return {
+            "rows": {
+                "tie": self.tie.rows,
+                "force": self.force.rows,
+                "tension": self.tension.rows,
+                "series": 0 if self._series is None else len(self._series.times),
+            }
+        }
+
+    def mapping(self, increment: Increment) -> None:
+        """An increment of the mapping is solved."""
+        self.mapping_times.append(increment.mapping_time)
+        self._stretches.append(increment.stretch)
+        self.tie.append(
+            {
+                "mapping_time": increment.mapping_time,
+                "max_stretch": float(increment.stretch.max()),
+                "min_stretch": float(increment.stretch.min()),
+                "newton_iterations": increment.iterations,
+                "wall_s": increment.wall,
+            }
+        )
+
+    def stretch_plot(self, body: Body) -> None:
+        """The stretch of all edges at all mapping times, as a table beside tie.csv for plots."""
+        table = {"mapping_time": self.mapping_times, "stretch": [s.tolist() for s in self._stretches]}
+        write_atomically(self.run.path / "stretch.json", json.dumps(table))
+
+    def step(self, step: Step, accepted: Accepted, balance: Balance, account: Account, system: System) -> None:
+        """A step was accepted."""
+        e = account.energies
+        ratio = e.kinetic / e.elastic if e.elastic > 0.0 else 0.0
+        self.summary.count(accepted, balance)
+        record = {
+            "time_s": accepted.motion.time,
+            "displacement_mm": balance.displacement,
+            "force_N": balance.force,
+            "newton_iterations": accepted.took.count,
+            "contacts": balance.contacts,
+            "max_penetration_mm": balance.penetration,
+            "kinetic_over_internal": ratio,
+            "wall_s": accepted.wall,
+            "step": step.name,
+            "sliding": balance.sliding,
+            "imbalance_N": balance.imbalance,
+            "drag_force_N": balance.drag_force,
+            "work_Nmm": e.work,
+            "elastic_Nmm": e.elastic,
+            "kinetic_Nmm": e.kinetic,
+            "contact_Nmm": e.contact,
+            "gravity_Nmm": e.gravity,
+            "friction_Nmm": e.friction,
+            "drag_Nmm": e.drag,
+            "numerical_Nmm": e.numerical,
+            "missing_Nmm": e.missing,
+            "cutbacks": accepted.failed,
+        }
+        if not isinstance(step, Relax):
+            self.force.append(record)
+        self.run.log(
+            phase=step.name,
+            step_s=accepted.start.dt,
+            residual_N=accepted.took.residual,
+            resultant_N=accepted.took.resultant,
+            shift=accepted.took.shift,
+            reactions_N=balance.reactions,
+            analyses=system.analyses,
+            **{key: value for key, value in record.items() if key != "step"},
+        )
+
+    def state(self, motion: Motion, balance: Balance, step: Step) -> None:
+        """Outputs are due: fields and tension profile."""
+        if not isinstance(step, Relax):
+            self.tension.extend(profile_rows(self.model.body, motion.x, motion.time, balance.displacement))
+        if self._series is not None:
+            points, cells = fields(self.model, motion.x)
+            self._series.append(motion.time, motion.x, point_data=points, cell_data=cells)
+
+    def close(self, account: Account) -> None:
+        """The run has reached its goal."""
+        self.summary.finish(asdict(account.energies))
+        if self._series is not None:
+            self._series.close()
+
+    def state_for_checkpoint(self) -> dict[str, Any]:
+        return self.summary.state()
+
+    def restore(self, state: dict[str, Any]) -> None:
+        self.summary.restore(state)
