@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import click
@@ -30,8 +31,6 @@ def render(
     Example:
       knotfem render runs/bowline-1 -o knot.png --colour tension
     """
-    import json
-
     directory, millimetres = open_run(run, overrides), displacement(at)
     out = output or directory.path / f"{colour}.png"
     from knotfem.report.render import render as draw

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import click
@@ -26,9 +27,9 @@ def tension(
       knotfem tension runs/bowline-1 -o tension.csv
       knotfem tension runs/bowline-1 --at "60 mm"
     """
-    import json
-
     directory, millimetres = open_run(run, overrides), displacement(at)
+    import numpy as np
+
     from knotfem.run.profile import tension as profile
     from knotfem.run.tables import table_text, write_table
 
@@ -39,9 +40,10 @@ def tension(
         click.echo(json.dumps({name: column.tolist() for name, column in columns.items()}))
     else:
         click.echo(table_text(columns), nl=False)
-    if not quiet and log_format == "text":
-        force = columns["tension_N"]
-        click.echo(
-            f"tension {force[0]:.4f} N at the start, {force[-1]:.4f} N at the end, at most {force.max():.4f} N",
-            err=True,
-        )
+    if quiet or log_format == "json":
+        return
+    rods = columns.get("rod", np.full(columns["tension_N"].shape, "rod"))
+    for rod in dict.fromkeys(rods.tolist()):
+        force = columns["tension_N"][rods == rod]
+        text = f"{rod}: {force[0]:.4f} N at the start, {force[-1]:.4f} N at the end, at most {force.max():.4f} N"
+        click.echo(text, err=True)

@@ -25,7 +25,7 @@ FORCE_COLUMNS = (
 )
 TENSION_COLUMNS = ("displacement_mm", "arclength_mm", "s_over_L", "tension_N", "core_N", "bulk_N")
 
-Value = float | int | str
+Value = float | int | str | np.generic
 
 
 class Table:

@@ -1,0 +1,213 @@
+"""The verbs call the library with what the user typed and print where the results are."""
+
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+import knotfem.report
+import knotfem.run
+from knotfem import errors, shipped
+from knotfem.run.directory import TIED, RunDirectory
+from knotfem.scene import Scene, load_scene
+from knotfem_cli.main import knotfem_command
+
+Calls = list[tuple[Any, ...]]
+
+
+def call(*arguments: object) -> Result:
+    return CliRunner().invoke(knotfem_command, [str(argument) for argument in arguments])
+
+
+@pytest.fixture
+def stand_in(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+    """Puts functions into the place of a module of the library."""
+
+    def replace(package: ModuleType, name: str, **functions: Callable[..., object]) -> None:
+        module = ModuleType(f"{package.__name__}.{name}")
+        vars(module).update(functions)
+        monkeypatch.setitem(sys.modules, module.__name__, module)
+        monkeypatch.setattr(package, name, module, raising=False)
+
+    return replace
+
+
+@pytest.fixture
+def calls(stand_in: Callable[..., None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Calls:
+    """What the driver was called with; works in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    made: Calls = []
+
+    def tie(scene: Scene, run: RunDirectory, progress: object) -> None:
+        made.append(("tie", scene, run))
+        run.checkpoints.save({}, {}, name=TIED)
+        run.write_summary({"steps": 7, "phases": {"mapping": {"wall_s": 1.5}}})
+
+    def pull(scene: Scene, run: RunDirectory, progress: object) -> None:
+        made.append(("pull", scene, run))
+
+    def resume(run: RunDirectory, progress: object) -> None:
+        made.append(("resume", run.scene, run))
+
+    stand_in(knotfem.run, "driver", tie=tie, pull=pull, resume=resume)
+    return made
+
+
+def test_scenes() -> None:
+    text = call("scenes").stdout
+    assert all(name in text for name in [*shipped.scene_names(), *shipped.centerline_names()])
+    assert call("scenes", "--quiet").stdout.split() == shipped.scene_names()
+    assert "bowline" in json.loads(call("scenes", "--log-format", "json").stdout)["scenes"]
+    assert call("scenes", "--quiet", "--set", "rods.1.length=40 mm").stdout.split() == ["crossed-rods", "sheet-bend"]
+    assert call("scenes", "--set", "nonsense").exit_code == 3
+
+
+def test_tie(calls: Calls) -> None:
+    result = call("tie", "bowline", "--path", "linear", "--model", "rod", "--set", "contact.friction=0.2")
+    assert result.exit_code == 0
+    ((verb, scene, run),) = calls
+    assert (verb, scene.tie.path, scene.model, scene.contact.friction) == ("tie", "linear", "rod", 0.2)
+    assert result.stdout == "runs/bowline-1\n"
+    assert run.path == Path("runs/bowline-1")
+    assert load_scene(run.scene_file) == scene
+    assert "run directory runs/bowline-1" in result.stderr
+    assert "wall_s  1.5" in result.stderr
+
+
+def test_quiet_and_json(calls: Calls) -> None:
+    assert call("tie", "bowline", "-o", "a", "--quiet").output == "a\n"
+    result = call("tie", "bowline", "-o", "b", "--log-format", "json")
+    assert json.loads(result.stdout) == {"run": "b", "steps": 7, "phases": {"mapping": {"wall_s": 1.5}}}
+    assert [json.loads(line) for line in result.stderr.splitlines()] == [{"message": "run directory b"}]
+
+
+def test_runs_are_not_overwritten(calls: Calls) -> None:
+    assert call("tie", "bowline", "-o", "a").exit_code == 0
+    result = call("tie", "bowline", "-o", "a")
+    assert result.exit_code == 3
+    assert "holds a run already" in result.stderr
+    assert call("tie", "overhand", "-o", "a", "--force").exit_code == 0
+    assert load_scene("a/scene.toml").name == "overhand"
+    assert len(calls) == 2
+
+
+def test_pull_a_scene(calls: Calls) -> None:
+    assert call("pull", "bowline", "-o", "a").exit_code == 0
+    assert [(verb, run.path) for verb, _, run in calls] == [("pull", Path("a"))]
+
+
+def test_pull_a_run_in_its_place(calls: Calls) -> None:
+    call("tie", "bowline", "-o", "a")
+    assert call("pull", "a", "--set", "solver.threads=1").exit_code == 0
+    verb, scene, run = calls[-1]
+    assert (verb, run.path, scene.solver.threads) == ("pull", Path("a"), 1)
+    result = call("pull", "a", "--set", "contact.friction=0.37")
+    assert result.exit_code == 3
+    assert "cannot change in a run" in result.stderr
+    assert call("pull", "a", "--model", "rod").exit_code == 3
+
+
+def test_pull_a_run_elsewhere(calls: Calls) -> None:
+    call("tie", "bowline", "-o", "a")
+    assert call("pull", "a", "-o", "b", "--set", "contact.friction=0.37").exit_code == 0
+    verb, scene, run = calls[-1]
+    assert (verb, run.path, scene.contact.friction) == ("pull", Path("b"), 0.37)
+    assert run.tied
+    assert load_scene("a/scene.toml").contact.friction == 0.33
+
+
+def test_pull_elsewhere_a_run_that_is_not_tied(calls: Calls) -> None:
+    RunDirectory.create(load_scene("bowline"), Path("a"))
+    assert call("pull", "a", "-o", "b").exit_code == 0
+    assert not calls[-1][2].tied
+
+
+def test_resume(calls: Calls) -> None:
+    call("tie", "bowline", "-o", "a")
+    assert call("resume", "a", "--set", "solver.time_limit=1 h").exit_code == 0
+    verb, scene, _ = calls[-1]
+    assert (verb, scene.solver.time_limit) == ("resume", 3600.0)
+
+
+@pytest.mark.parametrize(
+    ("kind", "code"), [("InputError", 3), ("NotConverged", 4), ("KnotLost", 5), ("Stopped", 75), ("Interrupted", 130)]
+)
+def test_errors_end_with_their_code(calls: Calls, stand_in: Callable[..., None], kind: str, code: int) -> None:
+    error = getattr(errors, kind)("it went wrong")
+
+    def fail(*arguments: object) -> None:
+        raise error
+
+    stand_in(knotfem.run, "driver", tie=fail)
+    result = call("tie", "bowline")
+    assert (
+        result.exit_code
+        == error.exit_code
+        == {"NotConverged": 4, "KnotLost": 5, "Stopped": 75, "Interrupted": 130, "InputError": 3}[kind]
+    )
+    assert result.stderr.endswith("knotfem: it went wrong\n")
+    assert result.stdout == ""
+    last = call("tie", "bowline", "--log-format", "json").stderr.splitlines()[-1]
+    assert json.loads(last) == {"error": "it went wrong", "exit_code": error.exit_code}
+
+
+def test_check(stand_in: Callable[..., None]) -> None:
+    stand_in(knotfem.run, "inspect", check=lambda scene: {"dofs": 12, "effects": {"gravity": "absent"}})
+    result = call("check", "bowline", "--set", "contact.friction=0.2")
+    assert result.exit_code == 0
+    assert "\nfriction = 0.2\n" in result.stdout
+    assert "effects\n  gravity  absent\n" in result.stdout
+    assert call("check", "bowline", "--quiet").output == ""
+    assert json.loads(call("check", "bowline", "--log-format", "json").stdout)["dofs"] == 12
+    assert call("check", "bowline", "--set", "contact.friction=-1").exit_code == 3
+
+
+def test_tension(stand_in: Callable[..., None], tmp_path: Path) -> None:
+    asked: list[float | None] = []
+
+    def tension(run: RunDirectory, at: float | None) -> dict[str, np.ndarray]:
+        asked.append(at)
+        return {"arclength_mm": np.array([0.0, 1.0, 2.0]), "tension_N": np.array([0.5, 0.25, 0.1])}
+
+    stand_in(knotfem.run, "profile", tension=tension)
+    path = RunDirectory.create(load_scene("bowline"), tmp_path / "run").path
+    table = "arclength_mm,tension_N\n0.0,0.5\n1.0,0.25\n2.0,0.1\n"
+    result = call("tension", path)
+    assert result.stdout == table
+    assert "0.5000 N at the start, 0.1000 N at the end" in result.stderr
+    out = tmp_path / "t.csv"
+    assert call("tension", path, "-o", out, "--at", "6 cm").stdout == ""
+    assert out.read_text() == table
+    assert asked == [None, 60.0]
+    assert json.loads(call("tension", path, "--log-format", "json").stdout)["tension_N"] == [0.5, 0.25, 0.1]
+    result = call("tension", path, "--at", "60")
+    assert result.exit_code == 3
+    assert "unit is missing" in result.stderr
+    assert call("tension", path, "-o", tmp_path / "none" / "t.csv").exit_code == 3
+
+
+def test_render(stand_in: Callable[..., None], tmp_path: Path) -> None:
+    drawn: Calls = []
+    stand_in(knotfem.report, "render", render=lambda run, out, colour, at: drawn.append((out, colour, at)))
+    path = RunDirectory.create(load_scene("bowline"), tmp_path / "run").path
+    assert call("render", path).stdout == f"{path}/strain.png\n"
+    assert call("render", path, "-o", "a.png", "--colour", "tension", "--at", "60 mm").stdout == "a.png\n"
+    assert drawn == [(path / "strain.png", "strain", None), (Path("a.png"), "tension", 60.0)]
+    assert call("render", path, "--colour", "red").exit_code == 2
+
+
+def test_doctor(stand_in: Callable[..., None], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("knotfem.run.machine.describe", lambda: {"threads": {"usable": 2}})
+    assert call("doctor").stdout == "threads\n  usable  2\n"
+    assert json.loads(call("doctor", "--log-format", "json").stdout) == {"threads": {"usable": 2}}
+    assert call("doctor", "--quiet").output == ""
+    monkeypatch.setattr("knotfem.solver.linear.available", lambda: ["superlu"])
+    result = call("doctor", "--set", "solver.linear=pardiso")
+    assert result.exit_code == 3
+    assert "pip install mkl" in result.stderr

@@ -1,0 +1,102 @@
+"""Progress on a terminal, in a file, as JSON, or none."""
+
+import io
+import json
+import math
+
+import pytest
+
+from knotfem.run import progress
+from knotfem.run.progress import JsonLines, Lines, LiveBar, Silent, StepReport, make_progress
+
+REPORT = StepReport("pull", 0.25, 6.2, 24.75, 0.1234, 0.5, 140, 0.034, 5)
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    now = [0.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    return now
+
+
+def test_the_kind_that_fits() -> None:
+    assert isinstance(make_progress(quiet=True, stream=Terminal()), Silent)
+    assert isinstance(make_progress(log_format="json", stream=Terminal()), JsonLines)
+    assert isinstance(make_progress(stream=io.StringIO()), Lines)
+    bar = make_progress(stream=Terminal())
+    assert isinstance(bar, LiveBar)
+    bar.close()
+
+
+def test_a_line_a_step(clock: list[float]) -> None:
+    stream = io.StringIO()
+    lines = make_progress(stream=stream)
+    lines.message("hello")
+    lines.step(StepReport("pull", 0.0))
+    clock[0] = 10.0
+    lines.step(REPORT)
+    lines.close()
+    hello, first, second = stream.getvalue().splitlines()
+    assert hello == "hello"
+    assert "left" not in first
+    expected = "25.0 %  t 6.2 s  24.75 mm  0.1234 N  step 0.5  5 it  140 contacts  0.0340 mm deep  0:30 left"
+    assert second == f"pull     {expected}"
+
+
+def test_time_left_starts_with_each_phase(clock: list[float]) -> None:
+    stream = io.StringIO()
+    lines = make_progress(stream=stream)
+    for now, phase, fraction in [
+        (0.0, "relax", 0.0),
+        (100.0, "relax", 1.0),
+        (100.0, "pull", 0.5),
+        (103.0, "pull", 0.501),
+    ]:
+        clock[0] = now
+        lines.step(StepReport(phase, fraction))
+    assert stream.getvalue().splitlines()[-1].endswith("24:57 left")
+    clock[0] = 107.0
+    lines.step(StepReport("pull", 0.5005))
+    assert stream.getvalue().splitlines()[-1].endswith("1:56:33 left")
+
+
+def test_json_lines(clock: list[float]) -> None:
+    stream = io.StringIO()
+    lines = make_progress(log_format="json", stream=stream)
+    lines.message("hello")
+    lines.step(StepReport("pull", 0.0))
+    clock[0] = 10.0
+    lines.step(REPORT)
+    lines.step(StepReport("release", math.nan))
+    hello, first, second, third = map(json.loads, stream.getvalue().splitlines())
+    assert hello == {"message": "hello"}
+    assert first["time_left_s"] is None
+    assert (second["phase"], second["force_N"], second["displacement_mm"], second["contacts"]) == (
+        "pull",
+        0.1234,
+        24.75,
+        140,
+    )
+    assert (second["max_penetration_mm"], second["newton_iterations"]) == (0.034, 5)
+    assert second["time_left_s"] == pytest.approx(30.0)
+    assert third["fraction"] is None
+
+
+def test_a_live_bar_shows_the_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "160")
+    monkeypatch.setenv("TERM", "xterm")
+    stream = Terminal()
+    bar = make_progress(stream=stream)
+    bar.message("compiling [kernels]")
+    bar.step(StepReport("relax", math.nan))
+    bar.step(REPORT)
+    bar.close()
+    text = stream.getvalue()
+    assert "compiling [kernels]" in text
+    assert "0.1234 N" in text
+    assert "140 contacts" in text
