@@ -274,3 +274,11 @@ def test_any_scene_survives_writing(
     path = tmp_path_factory.getbasetemp() / "any.toml"
     path.write_text(scene_to_toml(scene), encoding="utf-8")
     assert load_scene(path) == scene
+
+
+def test_friction_of_two_rods() -> None:
+    scene = load_scene("crossed-rods", ["contact.friction=0.25"])
+    assert scene.friction_between("lower", "upper") == scene.friction_between("upper", "upper") == 0.25
+    scene = load_scene("crossed-rods", ["contact.pairs=[{between=['upper', 'lower'], friction=0.1}]"])
+    assert scene.friction_between("lower", "upper") == 0.1
+    assert scene.friction_between("lower", "lower") == 0.33
