@@ -108,7 +108,7 @@ class Lines:
         """Write the step's figures."""
         left = self._clock.time_left(report)
         done = "" if math.isnan(report.fraction) else f"{100.0 * report.fraction:5.1f} %  "
-        print(f"{report.phase:<8}{done}{figures(report)}{_left(left)}", file=self._stream, flush=True)
+        print(f"{report.phase:<8}{done}{_left(left)}{figures(report)}", file=self._stream, flush=True)
 
     def close(self) -> None:
         """Do nothing."""
@@ -124,7 +124,7 @@ class LiveBar:
         columns = (
             SpinnerColumn(),
             TextColumn("{task.description}"),
-            BarColumn(bar_width=24),
+            BarColumn(bar_width=10),
             TextColumn("{task.fields[figures]}"),
         )
         self._bar = Progress(*columns, console=Console(file=stream), refresh_per_second=4)
@@ -146,7 +146,7 @@ class LiveBar:
             self._task,
             total=1.0 if known else None,
             completed=report.fraction if known else 0.0,
-            figures=figures(report) + _left(left),
+            figures=_left(left) + figures(report),
         )
 
     def close(self) -> None:
@@ -177,8 +177,8 @@ def make_progress(*, quiet: bool = False, log_format: LogFormat = "text", stream
 def figures(report: StepReport) -> str:
     """The step's figures with their units."""
     return (
-        f"t {report.time:.3g} s  {report.displacement:.2f} mm  {report.force:.4f} N  step {report.step:.2g}"
-        f"  {report.iterations} it  {report.contacts} contacts  {report.penetration:.4f} mm deep"
+        f"{report.displacement:.2f} mm  {report.force:.4f} N  step {report.step:.2g}  {report.contacts} contacts"
+        f"  {report.penetration:.3f} mm deep  {report.iterations} iterations  {report.time:.3g} s"
     )
 
 
@@ -201,7 +201,7 @@ def _left(seconds: float) -> str:
         return ""
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
-    return f"  {hours}:{minutes:02d}:{rest:02d} left" if hours else f"  {minutes}:{rest:02d} left"
+    return f"{hours}:{minutes:02d}:{rest:02d} left  " if hours else f"{minutes}:{rest:02d} left  "
 
 
 _JSON_NAMES = {

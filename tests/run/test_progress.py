@@ -44,7 +44,7 @@ def test_a_line_a_step(clock: list[float]) -> None:
     hello, first, second = stream.getvalue().splitlines()
     assert hello == "hello"
     assert "left" not in first
-    expected = "25.0 %  t 6.2 s  24.75 mm  0.1234 N  step 0.5  5 it  140 contacts  0.0340 mm deep  0:30 left"
+    expected = "25.0 %  0:30 left  24.75 mm  0.1234 N  step 0.5  140 contacts  0.034 mm deep  5 iterations  6.2 s"
     assert second == f"pull     {expected}"
 
 
@@ -59,10 +59,10 @@ def test_time_left_starts_with_each_phase(clock: list[float]) -> None:
     ]:
         clock[0] = now
         lines.step(StepReport(phase, fraction))
-    assert stream.getvalue().splitlines()[-1].endswith("24:57 left")
+    assert "  24:57 left  " in stream.getvalue().splitlines()[-1]
     clock[0] = 107.0
     lines.step(StepReport("pull", 0.5005))
-    assert stream.getvalue().splitlines()[-1].endswith("1:56:33 left")
+    assert "  1:56:33 left  " in stream.getvalue().splitlines()[-1]
 
 
 def test_json_lines(clock: list[float]) -> None:
