@@ -119,15 +119,15 @@ class LiveBar:
 
     def __init__(self, stream: IO[str]) -> None:
         from rich.console import Console
-        from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
+        from rich.progress import BarColumn, Progress, TextColumn
+        from rich.table import Column
 
         columns = (
-            SpinnerColumn(),
-            TextColumn("{task.description}"),
-            BarColumn(bar_width=10),
-            TextColumn("{task.fields[figures]}"),
+            TextColumn("{task.description}", table_column=Column(min_width=8, no_wrap=True)),
+            BarColumn(bar_width=10, table_column=Column(min_width=10)),
+            TextColumn("{task.fields[figures]}", table_column=Column(ratio=1, no_wrap=True)),
         )
-        self._bar = Progress(*columns, console=Console(file=stream), refresh_per_second=4)
+        self._bar = Progress(*columns, console=Console(file=stream), refresh_per_second=4, expand=True)
         self._clock, self._phase, self._task = _Clock(), "", None
         self._bar.start()
 
