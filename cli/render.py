@@ -33,7 +33,7 @@ def render(
     """
     directory, millimetres = open_run(run, overrides), displacement(at)
     out = output or directory.path / f"{colour}.png"
-    from knotfem.report.render import render as draw
+    from knotfem.report.pictures import render as draw
 
     draw(directory, out, colour, millimetres)
     if log_format == "json":

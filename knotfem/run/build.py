@@ -175,6 +175,18 @@ def place(points: np.ndarray, rod: Rod) -> np.ndarray:
     return turn.apply(points) + np.array(rod.origin)
 
 
+def mesh_of(rod: Rod) -> RodMesh:
+    """Hexahedra and truss of a rod, straight.
+
+    Raises:
+        InputError: no such section.
+    """
+    section = read_section(shipped.section_path(rod.mesh.section_elements))
+    return extrude(
+        section, 0.5 * rod.diameter, rod.length, rod.slices, match_bending=rod.mesh.match_bending_stiffness
+    )
+
+
 def build_body(scene: Scene) -> Body:
     """Mesh all rods of a scene.
 
@@ -184,11 +196,8 @@ def build_body(scene: Scene) -> Body:
     rods, masses, volumes, sections = [], [], [], []
     first = 0
     for rod in scene.rods:
-        slices = max(2, round(rod.length / rod.mesh.element_length))
-        section = read_section(shipped.section_path(rod.mesh.section_elements))
-        mesh = extrude(
-            section, 0.5 * rod.diameter, rod.length, slices, match_bending=rod.mesh.match_bending_stiffness
-        )
+        mesh = mesh_of(rod)
+        section, slices = mesh.section, mesh.slices
         points = mesh.nodes[: len(section.points), :2]
         form = make_formulation(rod.mesh.element, points[section.quads], mesh.element_length)
         elements = mesh.hexes.reshape(slices, len(section.quads), -1) + first

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -52,6 +52,57 @@ def profile_rows(body: Body, x: np.ndarray, time: float, displacement: float) ->
             }
 
 
+@dataclass(frozen=True, eq=False)
+class StoredStates:
+    """States whose profiles are stored.
+
+    Attributes:
+        path: the table they are in.
+        table: its columns.
+        times: [s], ascending.
+        displacements: of the reported end at those times [mm].
+    """
+
+    path: Path
+    table: dict[str, np.ndarray]
+    times: np.ndarray
+    displacements: np.ndarray
+
+    def nearest(self, at: float | None) -> tuple[float, float]:
+        """Time and displacement of the state nearest to a displacement, or of the last.
+
+        Raises:
+            InputError: none is as near as neighbours are to each other.
+        """
+        if at is None:
+            return float(self.times[-1]), float(self.displacements[-1])
+        i = int(np.argmin(np.abs(self.displacements - at)))
+        spacing = float(np.abs(np.diff(self.displacements)).max()) if len(self.displacements) > 1 else 0.0
+        if abs(self.displacements[i] - at) > max(spacing, 1e-6 * max(1.0, abs(at))):
+            raise InputError(
+                "no state is stored near this displacement",
+                file=self.path,
+                key="--at",
+                found=f"{at:g} mm",
+                expected=f"{self.displacements.min():g} to {self.displacements.max():g} mm",
+            )
+        return float(self.times[i]), float(self.displacements[i])
+
+
+def stored_states(run: RunDirectory) -> StoredStates:
+    """The states of a run whose profiles are stored.
+
+    Raises:
+        InputError: there are none.
+    """
+    path = run.path / "tension.csv"
+    table = read_table(path) if path.exists() else {"time_s": np.zeros(0)}
+    if not table["time_s"].size:
+        raise InputError("no tension is stored yet", file=run.path, expected="a run that knotfem pull has brought on")
+    times, first = np.unique(table["time_s"], return_index=True)
+    return StoredStates(path, table, times, table["displacement_mm"][first])
+
+
 def tension(run: RunDirectory, at: float | None = None) -> dict[str, np.ndarray]:
     """The tension profile at a stored displacement.
 
@@ -65,26 +116,7 @@ def tension(run: RunDirectory, at: float | None = None) -> dict[str, np.ndarray]
     Raises:
         InputError: no profile is stored, or none near `at`.
     """
-    path = Path(run.path) / "tension.csv"
-    if not path.exists():
-        raise InputError("no tension is stored yet", file=run.path, expected="a run that knotfem pull has brought on")
-    table = read_table(path)
-    if not table["displacement_mm"].size:
-        raise InputError("no tension is stored yet", file=path, expected="at least one profile")
-    times = np.unique(table["time_s"])
-    displacements = np.array([table["displacement_mm"][table["time_s"] == time][0] for time in times])
-    if at is None:
-        chosen = times[-1]
-    else:
-        nearest = int(np.argmin(np.abs(displacements - at)))
-        spacing = float(np.diff(displacements).max()) if len(displacements) > 1 else 0.0
-        if abs(displacements[nearest] - at) > max(spacing, 1e-6 * max(1.0, math.fabs(at))):
-            raise InputError(
-                "no profile is stored near this displacement",
-                key="--at",
-                found=f"{at:g} mm",
-                expected=f"{displacements.min():g} to {displacements.max():g} mm",
-            )
-        chosen = times[nearest]
-    rows = table["time_s"] == chosen
-    return {name: values[rows] for name, values in table.items()}
+    states = stored_states(run)
+    time, _ = states.nearest(at)
+    rows = states.table["time_s"] == time
+    return {name: values[rows] for name, values in states.table.items()}

@@ -1,0 +1,69 @@
+"""Pictures of a run at a stored state."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from knotfem.errors import InputError
+from knotfem.report.frames import read_frame, read_mesh, read_times
+from knotfem.report.render import Cylinder, render_mesh
+from knotfem.run.build import mesh_of
+from knotfem.run.directory import RunDirectory
+from knotfem.run.profile import stored_states
+
+COLOURS = {
+    "strain": ("largest_principal_strain", "largest principal strain (logarithmic)", "viridis"),
+    "tension": ("tension", "tension [N]", "plasma"),
+    "pressure": ("contact_pressure", "contact pressure [MPa]", "inferno"),
+    "none": ("", "", "viridis"),
+}
+
+
+def render(run: RunDirectory, out: Path, colour: str = "strain", at: float | None = None) -> None:
+    """Draw the rods of a run into a PNG file.
+
+    Args:
+        run: with a time series.
+        out: file.
+        colour: "strain", "tension", "pressure" or "none".
+        at: stored displacement [mm], the nearest is taken; None for the last state.
+
+    Raises:
+        InputError: no series, or nothing stored near `at`.
+        MissingDependency: pyvista or an OpenGL library is absent.
+    """
+    path = run.path / "results.vtkhdf"
+    if not path.exists():
+        raise InputError("no time series is stored", file=run.path, expected="a run with output.fields = true")
+    frame = read_frame(path, _frame_number(run, path, at))
+    _, hexes = read_mesh(path)
+    name, label, colours = COLOURS[colour]
+    scalars = frame.point_data.get(name, frame.cell_data.get(name))
+    rings, first = [], 0
+    for rod in run.scene.rods:
+        mesh = mesh_of(rod)
+        rings.append(mesh.ring_nodes + first)
+        first += len(mesh.nodes)
+    cylinders = [Cylinder(o.point, o.axis, 0.5 * o.diameter) for o in run.scene.obstacles]
+    render_mesh(
+        frame.points,
+        hexes,
+        out,
+        scalars=None if scalars is None else np.asarray(scalars, dtype=np.float64),
+        rings=rings,
+        cylinders=cylinders,
+        label=label,
+        colour_map=colours,
+    )
+
+
+def _frame_number(run: RunDirectory, path: Path, at: float | None) -> int:
+    times = read_times(path)
+    if not len(times):
+        raise InputError("no state is stored yet", file=path)
+    if at is None:
+        return -1
+    time, _ = stored_states(run).nearest(at)
+    return int(np.argmin(np.abs(times - time)))

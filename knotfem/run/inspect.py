@@ -1,0 +1,60 @@
+"""What a scene would take, found out without running it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from knotfem.run.build import build_body
+from knotfem.run.model import build_model
+from knotfem.scene.model import Scene
+from knotfem.scene.steps import Pull
+from knotfem.solver import linear
+
+MEMORY_MB = (330.0, 0.021)
+"""Memory of a run: in all, and for each unknown; measured on the bowline at 15,000 and 96,000 unknowns."""
+SECONDS_AN_ITERATION = 2.2e-5
+"""Wall seconds of a Newton iteration for each unknown, on two cores."""
+ITERATIONS_A_MM = 11.0
+"""Newton iterations for each mm of a pull (the relaxing before it takes 150)."""
+
+
+def check(scene: Scene) -> dict[str, Any]:
+    """Effects that will run and those that will not, size, expected memory and time.
+
+    Raises:
+        InputError: a centreline along which no rod can lie.
+    """
+    body = build_body(scene)
+    model = build_model(body)
+    unknowns = 3 * body.nodes
+    pulled = sum(step.displacement for step in scene.loading_steps if isinstance(step, Pull))
+    iterations = (150.0 if scene.tying_steps else 0.0) + ITERATIONS_A_MM * pulled
+    symmetric = all(effect.symmetric for effect in model.effects)
+    return {
+        "effects": {effect.name: _says(effect) for effect in model.effects},
+        "absent": model.absent,
+        "dofs": unknowns,
+        "hexes": body.hexes,
+        "system": "symmetric" if symmetric else "unsymmetric (friction)",
+        "linear_solver": linear.available()[0] if scene.solver.linear == "auto" else scene.solver.linear,
+        "expected_memory_mb": round(MEMORY_MB[0] + MEMORY_MB[1] * unknowns),
+        "expected_minutes": round(iterations * SECONDS_AN_ITERATION * unknowns / 60.0, 1),
+        "warnings": body.warnings,
+    }
+
+
+def _says(effect: Any) -> str:
+    match effect.name:
+        case "contact":
+            return f"{effect.samples.u.size} samples, penalty {effect.law.stiffness:.4g} MPa/mm"
+        case "friction":
+            return f"coefficients {effect.coefficients.tolist()}"
+        case "cylinder friction":
+            return f"coefficients {effect.coefficients.tolist()}"
+        case "elasticity":
+            return f"{effect.elements.shape[0] * effect.elements.shape[1]} hexahedra, G {effect.shear_modulus:.4g} MPa"
+        case "core":
+            return f"EA {effect.axial_stiffness:.5g} N"
+        case "drag":
+            return f"{effect.rate:g} 1/s"
+    return "on"
