@@ -22,11 +22,13 @@ class Prescribed:
         nodes: shape [n].
         positions: time [s] to positions [mm], shape [n, 3].
         label: the end it belongs to, such as "rod.start".
+        components: which of x, y, z are prescribed; the others stay free.
     """
 
     nodes: np.ndarray
     positions: Callable[[float], np.ndarray]
     label: str = ""
+    components: tuple[bool, bool, bool] = (True, True, True)
 
 
 @dataclass
@@ -78,7 +80,7 @@ class System:
         self.symmetric = all(effect.symmetric for effect in self.effects)
         self.fixed = np.zeros((nodes, 3), dtype=bool)
         for motion in self.prescribed:
-            self.fixed[motion.nodes] = True
+            self.fixed[motion.nodes] |= np.array(motion.components)
         self.clock = Clock()
         self.analyses = 0
         self.factorisations = 0
@@ -123,7 +125,7 @@ class System:
         """Prescribed positions at a time, shape [nodes, 3]; zero where nothing is prescribed."""
         goal = np.zeros((self.nodes, 3))
         for motion in self.prescribed:
-            goal[motion.nodes] = motion.positions(time)
+            goal[motion.nodes] = np.where(motion.components, motion.positions(time), goal[motion.nodes])
         return goal
 
     def factorise(self, matrix: Matrix, shift: float) -> None:
