@@ -93,7 +93,8 @@ class Pardiso:
             self._handle[:] = 0
 
     def __del__(self) -> None:
-        self.close()
+        if not sys.is_finalizing():
+            self.close()
 
     def _call(self, phase: int, values: np.ndarray, rhs: np.ndarray | None = None, out: np.ndarray | None = None):
         assert self._pattern is not None, "analyse before factorise"
