@@ -8,6 +8,7 @@ import numpy as np
 
 from knotfem.run.model import Model, StepSystem
 from knotfem.solver.effect import StepStart
+from knotfem.solver.newton import out_of_balance
 
 EXTERNAL = ("gravity", "cylinder", "cylinder friction", "load")
 """Effects whose forces come from outside the rods, besides the supports."""
@@ -15,7 +16,7 @@ EXTERNAL = ("gravity", "cylinder", "cylinder friction", "load")
 
 @dataclass
 class Energies:
-    """Energy account since the start of the first step after the mapping [N mm].
+    """Energy account since the start of the last relaxing or the first loading step [N mm].
 
     Stored: elastic, contact, gravity, kinetic, each the present value. Summed: work of supports and loads, and what
     friction, drag and the time integration took.
@@ -55,6 +56,7 @@ class Balance:
         penetration: deepest [mm].
         imbalance: size of the sum of all external forces, drag and inertia not counted [N].
         drag_force: size of the sum of the drag [N].
+        unrest: largest running sum of drag and inertia from section to section: what static balance lacks [N].
         reactions: force of each support on the rod, by label [N].
     """
 
@@ -65,6 +67,7 @@ class Balance:
     penetration: float
     imbalance: float
     drag_force: float
+    unrest: float
     reactions: dict[str, list[float]] = field(default_factory=dict)
 
 
@@ -76,10 +79,11 @@ class Account:
         self.energies = Energies()
         self._forces: dict[str, np.ndarray] | None = None
 
-    def open(self, step: StepSystem, x: np.ndarray, v: np.ndarray, *, first: bool) -> None:
-        """A step system is about to march from x; `first` starts the account."""
+    def open(self, x: np.ndarray, v: np.ndarray, *, anew: bool) -> None:
+        """A step is about to march from x, shape [nodes, 3]; `anew` starts the account there."""
         self._forces = None
-        if first:
+        if anew:
+            self.energies = Energies()
             self._store(x, v)
             self.energies.stored_at_start = self.energies.stored
 
@@ -144,8 +148,16 @@ class Account:
             max((c.penetration for c in contacts), default=0.0),
             float(np.linalg.norm(external)),
             float(np.linalg.norm(forces["drag"].sum(axis=0))) if "drag" in forces else 0.0,
+            self._unrest(forces),
             {label: [float(c) for c in value] for label, value in reactions.items()},
         )
+
+    def _unrest(self, forces: dict[str, np.ndarray]) -> float:
+        moving = [forces[name] for name in ("inertia", "drag") if name in forces]
+        if not moving:
+            return 0.0
+        nothing = np.zeros_like(moving[0], dtype=bool)
+        return out_of_balance(sum(moving[1:], moving[0]), nothing, self.model.body.sections)[1]
 
     def state(self) -> dict:
         """For a checkpoint."""

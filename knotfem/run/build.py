@@ -130,6 +130,13 @@ class Body:
         )
 
     @property
+    def force_scale(self) -> float:
+        """B/r^2 of the softest rod [N]."""
+        return min(
+            rod.scene.material.youngs_modulus * np.pi * rod.scene.diameter**2 / 16.0 for rod in self.rods
+        )
+
+    @property
     def elastic(self) -> list[Effect]:
         """Bulk and core of all rods."""
         return [effect for rod in self.rods for effect in (rod.bulk, rod.core) if effect is not None]

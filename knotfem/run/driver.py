@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from typing import Any
 
@@ -20,7 +21,7 @@ from knotfem.run.stepping import AtRest, march_of, restored_progress, stored_pro
 from knotfem.run.stop import StopRequest
 from knotfem.run.watch import KnotWatch
 from knotfem.scene.model import Scene
-from knotfem.scene.steps import Loaded, Relax, Release, Step
+from knotfem.scene.steps import Loaded, Pull, Relax, Release, Step
 from knotfem.solver import march
 from knotfem.solver.effect import Motion
 from knotfem.solver.system import labelled
@@ -72,6 +73,8 @@ def _drive(scene: Scene, run: RunDirectory, goal: str, progress: Progress | None
             run.write_status("stopped" if stopped else "failed", goal=goal, reason=str(error), **where)
             raise
         finally:
+            if driver is not None:
+                driver.finish()
             provenance.finish(reason)
 
 
@@ -106,7 +109,8 @@ class Driver:
 
     def where(self) -> dict[str, Any]:
         """For status.json."""
-        return {"phase": self.phase, "time_s": self.motion.time, "fraction": self._fraction}
+        known = {} if math.isnan(self._fraction) else {"fraction": self._fraction}
+        return {"phase": self.phase, "time_s": self.motion.time, **known}
 
     def go(self) -> None:
         """Take all phases that are left."""
@@ -124,7 +128,12 @@ class Driver:
                 self._mark_tied()
             else:
                 self._save()
-        self.outputs.summary.knots(self.knots_before, self.watch.name(self.motion.x))
+        self.outputs.plots(self.body)
+
+    def finish(self) -> None:
+        """Write what there is to say of the run so far."""
+        if self.knots_before is not None:
+            self.outputs.summary.knots(self.knots_before, self.watch.name(self.motion.x))
         self.outputs.close(self.account)
 
     def _map(self) -> None:
@@ -132,8 +141,10 @@ class Driver:
         paths = make_paths(self.body)
         solver = self.outputs.summary.choose_solver(self.scene)
         self.provenance.note(linear_solver=solver, tie=[path.describe() for path in paths])
+        stretches = []
         for increment in mapping(self.body, paths, threads_of(self.scene), solver):
             self.outputs.mapping(increment)
+            stretches.append(increment.stretch)
             self._fraction = increment.mapping_time
             self.motion = Motion.at_rest(increment.x)
             self.progress.step(
@@ -150,8 +161,8 @@ class Driver:
             if self.stop.due:
                 raise self.stop.error()
         self.outputs.summary.phase("mapping", began_wall, began_cpu)
-        self.outputs.summary.stretch([path.stretch(t) for path in paths for t in self.outputs.mapping_times])
-        self.outputs.stretch_plot(self.body)
+        self.outputs.summary.stretch(stretches)
+        self.outputs.stretch_plot(self.body, stretches)
         self.knots_before = self.watch.name(self.motion.x)
         self._save()
 
@@ -168,19 +179,19 @@ class Driver:
             system.restore(resumed["memory"])
         else:
             system.update(self.motion.x)
-        self.account.open(equations, self.motion.x, self.motion.v, first=self.next_step == 0 and not resumed)
-        if resumed:
-            self.account.restore(resumed["account"])
+        if not resumed:
+            anew = self.next_step <= len(self.scene.tying_steps)
+            self.account.open(self.motion.x, self.motion.v, anew=anew)
         walk = march_of(self.scene, step, system, progress, self.body, began)
-        rest = AtRest(step, self.scene) if isinstance(step, Relax | Release) else None
+        rest = AtRest(step, self.body) if isinstance(step, Relax | Release) else None
         saved = time.monotonic()
         try:
             for accepted in walk:
                 self.motion = accepted.motion
                 self.watch.check_passage(accepted.start.motion.x, self.motion.x, self.motion.time)
                 balance = self.account.book(equations, accepted.start, self.motion.x, self.motion.v, origin)
-                resting = rest is not None and rest.reached(accepted, self.account.energies, balance)
-                self._fraction = _fraction(walk, began, self.motion.time)
+                resting = rest is not None and rest.reached(self.account.energies, balance)
+                self._fraction = float("nan") if rest is not None else _fraction(walk, began, self.motion.time)
                 self.outputs.step(step, accepted, balance, self.account, system)
                 self._report(step, accepted, balance, began)
                 done = resting or self.motion.time >= walk.stops[-1] * (1.0 - 1e-12)
@@ -198,7 +209,7 @@ class Driver:
             else:
                 if isinstance(step, Relax):
                     raise NotConverged(f"{step.name}: not at rest after {step.longest:g} s")
-        except NotConverged:
+        except (NotConverged, KnotLost):
             self._save(step, walk.progress, origin, began, system)
             raise
         finally:
@@ -207,7 +218,6 @@ class Driver:
             system.close()
 
     def _report(self, step: Step, accepted: march.Accepted, balance, began: float) -> None:
-        driven = bool(step.driven)
         self.progress.step(
             StepReport(
                 step.name,
@@ -215,7 +225,7 @@ class Driver:
                 self.motion.time - began,
                 balance.displacement,
                 balance.force,
-                balance.displacement if driven and accepted.start.dt <= 0.0 else accepted.start.dt,
+                accepted.start.dt * (step.speed if isinstance(step, Pull) else 1.0),
                 balance.contacts,
                 balance.penetration,
                 accepted.took.count,

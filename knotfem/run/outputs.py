@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict
 from typing import Any
 
@@ -12,18 +11,18 @@ from knotfem.run.account import Account, Balance
 from knotfem.run.build import Body
 from knotfem.run.directory import RunDirectory
 from knotfem.run.fields import fields, open_series
-from knotfem.run.files import write_atomically
 from knotfem.run.mapping import Increment
 from knotfem.run.model import Model
-from knotfem.run.profile import EXTRA_COLUMNS, profile_rows
+from knotfem.run.profile import EXTRA_COLUMNS, profile_rows, tension
 from knotfem.run.summary import Summary
+from knotfem.run.tables import read_table
 from knotfem.scene.steps import Relax, Step
 from knotfem.solver.effect import Motion
 from knotfem.solver.march import Accepted
 from knotfem.solver.system import System
 
 FORCE_EXTRA = (
-    "step", "sliding", "imbalance_N", "drag_force_N", "work_Nmm", "elastic_Nmm", "kinetic_Nmm", "contact_Nmm",
+    "step", "sliding", "imbalance_N", "drag_force_N", "unrest_N", "work_Nmm", "elastic_Nmm", "kinetic_Nmm", "contact_Nmm",
     "gravity_Nmm", "friction_Nmm", "drag_Nmm", "numerical_Nmm", "missing_Nmm", "cutbacks",
 )  # fmt: skip
 
@@ -35,7 +34,6 @@ class Outputs:
         self.run, self.model = run, model
         self.summary = Summary(run, model)
         self.mapping_times: list[float] = []
-        self._stretches: list[np.ndarray] = []
         self._series = None
 
     def begin(self, metadata: dict[str, Any] | None) -> None:
@@ -67,7 +65,6 @@ class Outputs:
     def mapping(self, increment: Increment) -> None:
         """An increment of the mapping is solved."""
         self.mapping_times.append(increment.mapping_time)
-        self._stretches.append(increment.stretch)
         self.tie.append(
             {
                 "mapping_time": increment.mapping_time,
@@ -78,10 +75,39 @@ class Outputs:
             }
         )
 
-    def stretch_plot(self, body: Body) -> None:
-        """The stretch of all edges at all mapping times, as a table beside tie.csv for plots."""
-        table = {"mapping_time": self.mapping_times, "stretch": [s.tolist() for s in self._stretches]}
-        write_atomically(self.run.path / "stretch.json", json.dumps(table))
+    def plots(self, body: Body) -> None:
+        """Plots of the tables, once the run has reached its goal."""
+        from knotfem.report import plots
+
+        radius = 0.5 * min(rod.scene.diameter for rod in body.rods)
+        if self.force.rows:
+            plots.plot_force({self.run.path.name: read_table(self.force.path)}, self.run.path / "force.png", radius=radius)
+        if self.tension.rows:
+            profile = tension(self.run)
+            rods = {name: profile["rod"] == name for name in np.unique(profile["rod"])}
+            curves = {
+                ("" if len(rods) == 1 else str(name)): {key: values[rows] for key, values in profile.items()}
+                for name, rows in rods.items()
+            }
+            applied = self.summary.figures["final_force_N"] or float(np.abs(profile["tension_N"]).max())
+            plots.plot_tension(curves, self.run.path / "tension.png", applied=applied)
+
+    def stretch_plot(self, body: Body, stretches: list[np.ndarray]) -> None:
+        """Stretch of the centreline against arclength, coloured by mapping time."""
+        from knotfem.report import plots
+
+        first = 0
+        for rod in body.rods:
+            edges = slice(first, first + rod.mesh.slices)
+            first += rod.mesh.slices
+            name = "stretch.png" if len(body.rods) == 1 else f"stretch-{rod.scene.name}.png"
+            plots.plot_stretch(
+                (np.arange(rod.mesh.slices) + 0.5) / rod.mesh.slices,
+                np.array([stretch[edges] for stretch in stretches]),
+                np.array(self.mapping_times),
+                self.run.path / name,
+                threshold=body.scene.tie.threshold,
+            )
 
     def step(self, step: Step, accepted: Accepted, balance: Balance, account: Account, system: System) -> None:
         """A step was accepted."""
@@ -101,6 +127,7 @@ class Outputs:
             "sliding": balance.sliding,
             "imbalance_N": balance.imbalance,
             "drag_force_N": balance.drag_force,
+            "unrest_N": balance.unrest,
             "work_Nmm": e.work,
             "elastic_Nmm": e.elastic,
             "kinetic_Nmm": e.kinetic,
@@ -127,8 +154,9 @@ class Outputs:
 
     def state(self, motion: Motion, balance: Balance, step: Step) -> None:
         """Outputs are due: fields and tension profile."""
+        self.tension.extend(profile_rows(self.model.body, motion.x, motion.time, balance.displacement))
         if not isinstance(step, Relax):
-            self.tension.extend(profile_rows(self.model.body, motion.x, motion.time, balance.displacement))
+            self.summary.output(balance)
         if self._series is not None:
             points, cells = fields(self.model, motion.x)
             self._series.append(motion.time, motion.x, point_data=points, cell_data=cells)

@@ -42,6 +42,8 @@ class Summary:
             "max_stretch_deviation": 0.0,
             "max_penetration_over_d": 0.0,
             "max_imbalance_N": 0.0,
+            "max_imbalance_over_force": 0.0,
+            "max_drag_force_N": 0.0,
             "knot_before": None,
             "knot_after": None,
             "final_force_N": 0.0,
@@ -64,6 +66,15 @@ class Summary:
         """Stretch of the mapping at its increments."""
         self.figures["max_stretch_deviation"] = max(float(np.abs(s - 1.0).max()) for s in stretches)
 
+    def output(self, balance: Balance) -> None:
+        """Outputs of a loading step are due."""
+        f = self.figures
+        f["max_imbalance_N"] = max(f["max_imbalance_N"], balance.imbalance)
+        f["max_drag_force_N"] = max(f["max_drag_force_N"], balance.drag_force)
+        if balance.force != 0.0:
+            share = balance.imbalance / abs(balance.force)
+            f["max_imbalance_over_force"] = max(f["max_imbalance_over_force"], share)
+
     def count(self, accepted: Accepted, balance: Balance) -> None:
         """A step was accepted."""
         f = self.figures
@@ -71,7 +82,6 @@ class Summary:
         f["newton_iterations"] += accepted.took.count
         f["cutbacks"] += accepted.failed
         f["max_penetration_over_d"] = max(f["max_penetration_over_d"], balance.penetration / self._diameter)
-        f["max_imbalance_N"] = max(f["max_imbalance_N"], balance.imbalance)
         f["final_force_N"] = balance.force
 
     def system(self, system: System) -> None:

@@ -1,7 +1,7 @@
 """Forces and moments carried across the cross-sections of a rod.
 
-Two independent ways: nodal forces that the elements behind a section exert on its nodes, summed (the paper's
-Section 5.1), and stresses integrated over the planes of integration points.
+Two independent ways: nodal forces that the elements on either side of a section exert on its nodes, summed (the
+paper's Section 5.1), and stresses integrated over the planes of integration points next to it.
 """
 
 from __future__ import annotations
@@ -69,37 +69,37 @@ def resultants(x: np.ndarray, section_nodes: np.ndarray, axis: int, bulk: Elasti
     state = stress_state(x, bulk)
     weighted = state.first_piola * state.weights[None, :, :, None, None]
     nodal = np.einsum("sqgik,qgak->sqai", weighted, bulk.formulation.grads)
-    behind = _on_front_nodes(nodal, bulk.elements, section_nodes, x.shape[0])
+    across = _across_sections(nodal, bulk.elements, section_nodes)
     axial = np.zeros(section_nodes.shape[0])
     if core is not None:
         edge = np.diff(centre, axis=0)
         edge /= np.linalg.norm(edge, axis=1)[:, None]
-        pull = core.force[:, None] * edge
-        behind[:-1, axis] += pull
-        behind[-1, axis] += pull[-1]
-        axial = np.einsum("ni,ni->n", _to_sections(pull), tangent)
+        pull = _to_sections(core.force[:, None] * edge)
+        across[:, axis] += pull
+        axial = np.einsum("ni,ni->n", pull, tangent)
     arm = x[section_nodes] - centre[:, None]
     planes = _plane_forces(weighted, bulk)
     return Resultants(
-        behind.sum(axis=1),
-        np.cross(arm, behind).sum(axis=1),
+        across.sum(axis=1),
+        np.cross(arm, across).sum(axis=1),
         tangent,
         axial,
         np.einsum("ni,ni->n", planes, tangent),
     )
 
 
-def _on_front_nodes(nodal: np.ndarray, elements: np.ndarray, section_nodes: np.ndarray, nodes: int) -> np.ndarray:
-    """Force on the nodes of each section by the slice behind it (for the last one: carried by the slice before)."""
-    slices, per_section = elements.shape[0], section_nodes.shape[1]
-    half = elements.shape[2] // 2
-    front = np.zeros((slices + 1, per_section, 3))
+def _across_sections(nodal: np.ndarray, elements: np.ndarray, section_nodes: np.ndarray) -> np.ndarray:
+    """Force carried to the nodes of each section from behind, shape [sections, nodes a section, 3].
+
+    The mean of what the slice behind exerts and of what the slice before must be given; at the ends there is one.
+    """
+    slices, half = elements.shape[0], elements.shape[2] // 2
+    behind = np.zeros((slices, section_nodes.shape[1], 3))
+    before = np.zeros_like(behind)
     for layer in range(slices):
-        local = elements[layer, :, :half] - section_nodes[layer, 0]
-        np.add.at(front[layer], local, -nodal[layer, :, :half])
-    local = elements[-1, :, half:] - section_nodes[-1, 0]
-    np.add.at(front[-1], local, nodal[-1, :, half:])
-    return front
+        np.add.at(behind[layer], elements[layer, :, :half] - section_nodes[layer, 0], -nodal[layer, :, :half])
+        np.add.at(before[layer], elements[layer, :, half:] - section_nodes[layer + 1, 0], nodal[layer, :, half:])
+    return np.concatenate([behind[:1], 0.5 * (behind[1:] + before[:-1]), before[-1:]])
 
 
 def _plane_forces(weighted: np.ndarray, bulk: Elasticity) -> np.ndarray:
