@@ -111,9 +111,16 @@ def facts(values: Mapping[str, Any], indent: str = "") -> str:
     width = max((len(key) for key in values), default=0)
     lines: list[str] = []
     for key, value in values.items():
-        if isinstance(value, Mapping):
+        if isinstance(value, Mapping) and value:
             lines += [f"{indent}{key}", facts(value, indent + "  ")]
         else:
-            shown = f"{value:.6g}" if isinstance(value, float) else "-" if value is None else str(value)
-            lines.append(f"{indent}{key:<{width}}  {shown}")
-    return "\n".join(line for line in lines if line)
+            lines.append(f"{indent}{key:<{width}}  {_shown(value)}")
+    return "\n".join(lines)
+
+
+def _shown(value: object) -> str:
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, list | tuple | dict):
+        return ", ".join(map(str, value)) or "none"
+    return "-" if value is None else str(value)

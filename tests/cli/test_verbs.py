@@ -158,11 +158,12 @@ def test_errors_end_with_their_code(calls: Calls, stand_in: Callable[..., None],
 
 
 def test_check(stand_in: Callable[..., None]) -> None:
-    stand_in(knotfem.run, "inspect", check=lambda scene: {"dofs": 12, "effects": {"gravity": "absent"}})
+    found = {"dofs": 12, "effects": {"gravity": "absent"}, "warnings": [], "time": 0.125, "knot": None}
+    stand_in(knotfem.run, "inspect", check=lambda scene: found)
     result = call("check", "bowline", "--set", "contact.friction=0.2")
     assert result.exit_code == 0
     assert "\nfriction = 0.2\n" in result.stdout
-    assert "effects\n  gravity  absent\n" in result.stdout
+    assert "\neffects\n  gravity  absent\nwarnings  none\ntime      0.125\nknot      -\n" in result.stdout
     assert call("check", "bowline", "--quiet").output == ""
     assert json.loads(call("check", "bowline", "--log-format", "json").stdout)["dofs"] == 12
     assert call("check", "bowline", "--set", "contact.friction=-1").exit_code == 3
@@ -194,7 +195,7 @@ def test_tension(stand_in: Callable[..., None], tmp_path: Path) -> None:
 
 def test_render(stand_in: Callable[..., None], tmp_path: Path) -> None:
     drawn: Calls = []
-    stand_in(knotfem.report, "render", render=lambda run, out, colour, at: drawn.append((out, colour, at)))
+    stand_in(knotfem.report, "pictures", render=lambda run, out, colour, at: drawn.append((out, colour, at)))
     path = RunDirectory.create(load_scene("bowline"), tmp_path / "run").path
     assert call("render", path).stdout == f"{path}/strain.png\n"
     assert call("render", path, "-o", "a.png", "--colour", "tension", "--at", "60 mm").stdout == "a.png\n"
