@@ -18,6 +18,21 @@ if TYPE_CHECKING:
 
 F = TypeVar("F", bound=Callable[..., Any])
 
+HIGHLIGHTS = (
+    "phases",
+    "steps",
+    "newton_iterations",
+    "cutbacks",
+    "max_stretch_deviation",
+    "max_penetration_over_d",
+    "knot_before",
+    "knot_after",
+    "final_force_N",
+    "linear_solver",
+    "peak_memory_mb",
+)
+"""What a verb shows of summary.json."""
+
 run_argument = click.argument("run", metavar="RUN")
 output_option = click.option("-o", "--output", type=click.Path(path_type=Path), help="Where to write.")
 force_option = click.option("--force", is_flag=True, help="Replace the run that is there.")
@@ -101,8 +116,9 @@ def computing(run: RunDirectory, quiet: bool, log_format: str) -> Iterator[Progr
     if log_format == "json":
         click.echo(json.dumps({"run": str(run.path), **summary}))
         return
-    if not quiet:
-        click.echo(facts(summary), err=True)
+    shown = {key: summary[key] for key in HIGHLIGHTS if key in summary}
+    if shown and not quiet:
+        click.echo(facts(shown), err=True)
     click.echo(run.path)
 
 
