@@ -26,11 +26,10 @@ TIED = "tied"
 
 _SETTINGS = ("solver", "output")
 _SCENE, _TIE = "scene.toml", "tie.csv"
-_FROM_TYING = (_TIE, "stretch.json", "results.vtkhdf")
-_TABLES = ("force.csv", "tension.csv", "log.jsonl")
-_RECORDS = ("provenance.json", "status.json", "summary.json")
+_SERIES = (_TIE, "force.csv", "tension.csv", "stretch.json", "results.vtkhdf")
+_RECORDS = ("provenance.json", "status.json", "summary.json", "log.jsonl")
 _PICTURES = tuple(f"{name}.png" for name in ("stretch", "force", "tension", "strain", "pressure", "none"))
-_FILES = (*_FROM_TYING, *_TABLES, *_RECORDS, *_PICTURES, _SCENE)
+_FILES = (*_SERIES, *_RECORDS, *_PICTURES, _SCENE)
 
 
 class RunDirectory:
@@ -89,6 +88,8 @@ class RunDirectory:
     def branch(self, scene: Scene, path: Path | None = None, *, force: bool = False) -> RunDirectory:
         """A new run that goes on from this one's tied knot with other steps or effects.
 
+        It takes over tables and series; whoever goes on cuts them back to the tied knot, as after any checkpoint.
+
         Args:
             scene: may differ in whatever does not change the tied rods; friction may.
             path: as for `create`.
@@ -109,7 +110,7 @@ class RunDirectory:
                     "differs from the tied run", file=self.path, key=key, expected="the same, or a run of its own"
                 )
         run = RunDirectory.create(scene, path, force=force)
-        for name in _FROM_TYING:
+        for name in _SERIES:
             if (self.path / name).exists():
                 write_atomically(run.path / name, (self.path / name).read_bytes())
         run.checkpoints.adopt(tied)
