@@ -32,7 +32,7 @@ def render(
       knotfem render runs/bowline-1 -o knot.png --colour tension
     """
     directory, millimetres = open_run(run, overrides), displacement(at)
-    out = output or directory.path / f"{colour}.png"
+    out = output or directory.path / f"knot-{colour}.png"
     from knotfem.report.pictures import render as draw
 
     draw(directory, out, colour, millimetres)

@@ -28,8 +28,9 @@ _SETTINGS = ("solver", "output")
 _SCENE, _TIE = "scene.toml", "tie.csv"
 _SERIES = (_TIE, "force.csv", "tension.csv", "stretch.json", "results.vtkhdf")
 _RECORDS = ("provenance.json", "status.json", "summary.json", "log.jsonl")
-_PICTURES = tuple(f"{name}.png" for name in ("stretch", "force", "tension", "strain", "pressure", "none"))
-_FILES = (*_SERIES, *_RECORDS, *_PICTURES, _SCENE)
+_PLOTS = tuple(f"{name}.png" for name in ("stretch", "force", "tension"))
+_PICTURES = tuple(f"knot-{colour}.png" for colour in ("strain", "tension", "pressure", "none"))
+_FILES = (*_SERIES, *_RECORDS, *_PLOTS, *_PICTURES, _SCENE)
 
 
 class RunDirectory:

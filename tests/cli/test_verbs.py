@@ -197,9 +197,9 @@ def test_render(stand_in: Callable[..., None], tmp_path: Path) -> None:
     drawn: Calls = []
     stand_in(knotfem.report, "pictures", render=lambda run, out, colour, at: drawn.append((out, colour, at)))
     path = RunDirectory.create(load_scene("bowline"), tmp_path / "run").path
-    assert call("render", path).stdout == f"{path}/strain.png\n"
+    assert call("render", path).stdout == f"{path}/knot-strain.png\n"
     assert call("render", path, "-o", "a.png", "--colour", "tension", "--at", "60 mm").stdout == "a.png\n"
-    assert drawn == [(path / "strain.png", "strain", None), (Path("a.png"), "tension", 60.0)]
+    assert drawn == [(path / "knot-strain.png", "strain", None), (Path("a.png"), "tension", 60.0)]
     assert call("render", path, "--colour", "red").exit_code == 2
 
 
