@@ -96,7 +96,12 @@ def _hessian_coefficients(forms, S, n, g, slope, pressure, T0, T1, T2):
             T0[i, j] = slope * n[i] * n[j] + pressure * curved
             T1[0, i, j] = -pressure * (S[1, i] * h11 + S[2, i] * h12) * n[j]
             T1[1, i, j] = -pressure * (S[1, i] * h12 + S[2, i] * h22) * n[j]
-    T2[0, 0], T2[0, 1], T2[1, 0], T2[1, 1] = pressure * g * h11, pressure * g * h12, pressure * g * h12, pressure * g * h22
+    T2[0, 0], T2[0, 1], T2[1, 0], T2[1, 1] = (
+        pressure * g * h11,
+        pressure * g * h12,
+        pressure * g * h12,
+        pressure * g * h22,
+    )
 
 
 @njit(cache=True, error_model="numpy")

@@ -135,9 +135,7 @@ class CylinderFriction(Effect):
         c = self.cylinder
         points = np.empty_like(c.points)
         sample_points(x, c.samples.nodes, c.samples.weights, points)
-        return kernels.potential(
-            points, c.touching, c.origin, c.axis, c.force, self.mu, c.law.stick, self.anchors
-        )
+        return kernels.potential(points, c.touching, c.origin, c.axis, c.force, self.mu, c.law.stick, self.anchors)
 
     def accept(self, x: np.ndarray) -> None:
         c = self.cylinder

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from knotfem.effects import hexahedra
-from knotfem.solver.effect import Arrays, Effect
 from knotfem.effects.formulation import Formulation
+from knotfem.solver.effect import Arrays, Effect
 from knotfem.solver.sparsity import Matrix, Pattern, element_keys
 
 MERIT_BULK_OVER_SHEAR = 20.0

@@ -89,9 +89,7 @@ class Friction(Effect):
         c = self.contact
         points = np.empty_like(c.points)
         sample_points(x, c.samples.nodes, c.samples.weights, points)
-        return kernels.potential(
-            x, c.tubes.arrays, points, c.pairs, c.uv, c.force, self.mu, c.law.stick, self.anchors
-        )
+        return kernels.potential(x, c.tubes.arrays, points, c.pairs, c.uv, c.force, self.mu, c.law.stick, self.anchors)
 
     def accept(self, x: np.ndarray) -> None:
         c = self.contact

@@ -87,7 +87,7 @@ def assemble(
         )  # fmt: skip
         size = slip_vector(x, tubes, points[s], rod, anchors[k], n, Wa, Sa, anchor_nodes, qa, e)
         slip[k] = size
-        psi, psi_y, dpsi = mobilisation(size / stick)
+        _, psi_y, dpsi = mobilisation(size / stick)
         limit = friction[k] * w * pressure
         for i in range(3):
             T[i] = limit * psi_y / stick * e[i]

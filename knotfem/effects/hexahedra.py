@@ -99,7 +99,22 @@ def _point_tangent(g, sg, count, mu_bar, pressure, K):
 
 @njit(cache=True, parallel=True, error_model="numpy")
 def assemble(
-    x, elements, grads, weights, psi, compliance_inv, mu, p, residual, tangent, data, slots, node_ptr, upper, b_out, R_out
+    x,
+    elements,
+    grads,
+    weights,
+    psi,
+    compliance_inv,
+    mu,
+    p,
+    residual,
+    tangent,
+    data,
+    slots,
+    node_ptr,
+    upper,
+    b_out,
+    R_out,
 ):
     """Residual and, where `tangent`, the condensed tangent of all elements.
 

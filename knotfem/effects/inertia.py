@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from knotfem.solver.effect import Effect, StepStart
 from knotfem.effects.formulation import Formulation
+from knotfem.solver.effect import Effect, StepStart
 from knotfem.solver.schemes import Scheme
 from knotfem.solver.sparsity import Matrix
 

@@ -93,7 +93,8 @@ class Account:
         Args:
             step: its system.
             start: where it set out.
-            x, v: where it ended, shapes [nodes, 3].
+            x: positions where it ended [mm], shape [nodes, 3].
+            v: velocities there [mm/s], shape [nodes, 3].
             origin: positions at the start of the scene's step, shape [nodes, 3].
         """
         system, e = step.system, self.energies
@@ -105,8 +106,8 @@ class Account:
         def work(name: str) -> float:
             return float(0.5 * np.sum((before[name] + forces[name]) * dx)) if name in forces else 0.0
 
-        total_before, total = sum(before.values()), sum(forces.values())
-        assert isinstance(total, np.ndarray) and isinstance(total_before, np.ndarray)
+        nothing = np.zeros_like(x)
+        total_before, total = sum(before.values(), nothing), sum(forces.values(), nothing)
         supports = float(0.5 * np.sum(np.where(fixed, total_before + total, 0.0) * dx))
         kinetic = e.kinetic
         e.work += supports - work("load")

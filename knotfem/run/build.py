@@ -125,16 +125,12 @@ class Body:
         c = self.scene.contact
         d = min(rod.scene.diameter for rod in self.rods)
         modulus = min(rod.scene.material.youngs_modulus for rod in self.rods)
-        return Penalty(
-            c.stiffness_over_modulus * modulus / d, c.ramp_over_diameter * d, c.stick_over_diameter * d
-        )
+        return Penalty(c.stiffness_over_modulus * modulus / d, c.ramp_over_diameter * d, c.stick_over_diameter * d)
 
     @property
     def force_scale(self) -> float:
         """B/r^2 of the softest rod [N]."""
-        return min(
-            rod.scene.material.youngs_modulus * np.pi * rod.scene.diameter**2 / 16.0 for rod in self.rods
-        )
+        return min(rod.scene.material.youngs_modulus * np.pi * rod.scene.diameter**2 / 16.0 for rod in self.rods)
 
     @property
     def elastic(self) -> list[Effect]:
@@ -161,7 +157,9 @@ def centreline_of(rod: Rod, slices: int, scene: Scene) -> Centreline:
         curve = interpolate(laplacian(raw, rod.smoothing.gamma, rod.smoothing.iterations))
     points = place(equal_chords(curve, slices, rod.length).points, rod)
     obstacles = [
-        validate.Cylinder(tuple(o.point), tuple(o.axis), o.diameter) for o in scene.obstacles if scene.contact.enabled
+        validate.Cylinder((o.point[0], o.point[1], o.point[2]), (o.axis[0], o.axis[1], o.axis[2]), o.diameter)
+        for o in scene.obstacles
+        if scene.contact.enabled
     ]
     warnings = validate.check_centerline(
         points,
@@ -189,9 +187,7 @@ def mesh_of(rod: Rod) -> RodMesh:
         InputError: no such section.
     """
     section = read_section(shipped.section_path(rod.mesh.section_elements))
-    return extrude(
-        section, 0.5 * rod.diameter, rod.length, rod.slices, match_bending=rod.mesh.match_bending_stiffness
-    )
+    return extrude(section, 0.5 * rod.diameter, rod.length, rod.slices, match_bending=rod.mesh.match_bending_stiffness)
 
 
 def build_body(scene: Scene) -> Body:
@@ -210,9 +206,7 @@ def build_body(scene: Scene) -> Body:
         elements = mesh.hexes.reshape(slices, len(section.quads), -1) + first
         material = rod.material
         bulk = Elasticity(elements, form, material.shear_modulus, material.bulk_modulus)
-        core = (
-            Core(mesh.core + first, mesh.element_length, rod.core.axial_stiffness) if rod.core is not None else None
-        )
+        core = Core(mesh.core + first, mesh.element_length, rod.core.axial_stiffness) if rod.core is not None else None
         body = RodBody(
             rod, mesh, first, centreline_of(rod, slices, scene), bulk, core, mesh.section_nodes + first, points
         )
@@ -243,4 +237,3 @@ def make_scheme(scene: Scene) -> schemes.Scheme:
         "generalised-alpha": lambda: schemes.generalised_alpha(scene.inertia.spectral_radius),
     }
     return kinds[scene.inertia.scheme]()
-

@@ -151,7 +151,9 @@ class Driver:
                 StepReport("mapping", increment.mapping_time, increment.mapping_time, iterations=increment.iterations)
             )
             if not increment.solved:
-                self.progress.message(f"no solid can follow the mapping at time {increment.mapping_time:g}; passed over")
+                self.progress.message(
+                    f"no solid can follow the mapping at time {increment.mapping_time:g}; passed over"
+                )
             self.run.log(
                 phase="mapping",
                 mapping_time=increment.mapping_time,
@@ -297,5 +299,3 @@ class Driver:
 def _fraction(walk: march.March, began: float, now: float) -> float:
     length = float(walk.stops[-1]) - began
     return (now - began) / length if length > 0.0 else 1.0
-
-

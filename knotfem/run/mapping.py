@@ -131,9 +131,7 @@ def _carried_frames(path: CentrelinePath, times: list[float]) -> list[np.ndarray
     goal = rotation_minimising_frame(path.at(1.0))[0, 0]
     across = np.cross(first[-1], carried[-1])
     angle = np.arctan2(goal @ across, goal @ carried[-1])
-    return [
-        np.cos(angle) * d1 + np.sin(angle) * np.cross(t, d1) for t, d1 in zip(first[1:], carried[1:], strict=True)
-    ]
+    return [np.cos(angle) * d1 + np.sin(angle) * np.cross(t, d1) for t, d1 in zip(first[1:], carried[1:], strict=True)]
 
 
 def _turned(d1: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.ndarray:

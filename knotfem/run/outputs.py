@@ -22,8 +22,8 @@ from knotfem.solver.march import Accepted
 from knotfem.solver.system import System
 
 FORCE_EXTRA = (
-    "step", "sliding", "imbalance_N", "drag_force_N", "unrest_N", "work_Nmm", "elastic_Nmm", "kinetic_Nmm", "contact_Nmm",
-    "gravity_Nmm", "friction_Nmm", "drag_Nmm", "numerical_Nmm", "missing_Nmm", "cutbacks",
+    "step", "sliding", "imbalance_N", "drag_force_N", "unrest_N", "work_Nmm", "elastic_Nmm", "kinetic_Nmm",
+    "contact_Nmm", "gravity_Nmm", "friction_Nmm", "drag_Nmm", "numerical_Nmm", "missing_Nmm", "cutbacks",
 )  # fmt: skip
 
 
@@ -81,7 +81,9 @@ class Outputs:
 
         radius = 0.5 * min(rod.scene.diameter for rod in body.rods)
         if self.force.rows:
-            plots.plot_force({self.run.path.name: read_table(self.force.path)}, self.run.path / "force.png", radius=radius)
+            plots.plot_force(
+                {self.run.path.name: read_table(self.force.path)}, self.run.path / "force.png", radius=radius
+            )
         if self.tension.rows:
             profile = tension(self.run)
             rods = {name: profile["rod"] == name for name in np.unique(profile["rod"])}

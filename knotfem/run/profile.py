@@ -30,9 +30,7 @@ def profile_rows(body: Body, x: np.ndarray, time: float, displacement: float) ->
         r = resultants(x, rod.section_nodes, rod.mesh.section.axis, rod.bulk, rod.core)
         arclength = np.arange(rod.mesh.slices + 1) * rod.mesh.element_length
         centre = x[rod.axis_nodes]
-        columns = zip(
-            arclength, r.tension, r.core, r.bulk, r.shear, r.bending_moment, r.torque, centre, strict=True
-        )
+        columns = zip(arclength, r.tension, r.core, r.bulk, r.shear, r.bending_moment, r.torque, centre, strict=True)
         for s, tension, core, bulk, shear, bending, torque, place in columns:
             yield {
                 "displacement_mm": displacement,

@@ -61,12 +61,8 @@ class KnotWatch:
         result = []
         for points, ends in zip(self.body.centrelines(x), self.ends, strict=True):
             kind = knot_type(points, ends)
-            linking = tuple(
-                int(linking_number(points, o.point, o.axis)) for o in self.body.scene.obstacles
-            )
-            result.append(
-                RodKnot(kind.name, str(kind.jones), crossing_signature(points), linking)
-            )
+            linking = tuple(int(linking_number(points, o.point, o.axis)) for o in self.body.scene.obstacles)
+            result.append(RodKnot(kind.name, str(kind.jones), crossing_signature(points), linking))
         return result
 
     def check_passage(self, before: np.ndarray, after: np.ndarray, time: float) -> None:

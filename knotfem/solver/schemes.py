@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knotfem.solver.effect import Motion, StepStart
 from knotfem.errors import InputError
+from knotfem.solver.effect import Motion, StepStart
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,9 @@ def hht(alpha: float) -> GeneralisedAlpha:
 def generalised_alpha(spectral_radius: float) -> GeneralisedAlpha:
     """Chung and Hulbert (1993) by the spectral radius at infinite frequency, 0 to 1."""
     if not 0.0 <= spectral_radius <= 1.0:
-        raise InputError("out of range", key="inertia.spectral_radius", found=spectral_radius, expected="between 0 and 1")
+        raise InputError(
+            "out of range", key="inertia.spectral_radius", found=spectral_radius, expected="between 0 and 1"
+        )
     alpha_m = (2.0 * spectral_radius - 1.0) / (spectral_radius + 1.0)
     alpha_f = spectral_radius / (spectral_radius + 1.0)
     return GeneralisedAlpha(
