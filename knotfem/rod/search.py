@@ -1,0 +1,106 @@
+"""Broad phase: which samples of the centrelines may touch which rod, and where."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from knotfem.effects.search import NEIGHBOUR_ARC_OVER_RADIUS
+from knotfem.rod.curve import project
+from knotfem.rod.rotation import dot
+
+
+@njit(cache=True)
+def _minima(x, point, first, count, own, excluded, reach, found):
+    """Nodes of a rod at a local minimum of distance to a point, within reach; `own` +- excluded nodes are left out."""
+    n = 0
+    previous = current = np.inf
+    for j in range(count + 1):
+        following = np.inf
+        if j < count and abs(j - own) > excluded:
+            following = 0.0
+            for i in range(3):
+                following += (point[i] - x[first + j, i]) ** 2
+        if current < reach * reach and current <= previous and current < following and n < found.size:
+            found[n] = j - 1
+            n += 1
+        previous, current = current, following
+    return n
+
+
+@njit(cache=True)
+def find_pairs(x, first, spacing, radius, sample_u, sample_start, points, cutoff, out, out_u):
+    """All pairs of a sample and a closest point on a rod with a gap below `cutoff` [mm], ordered by sample.
+
+    Args:
+        x: shape [nodes, 4].
+        first, spacing, radius: see `RodLayout`.
+        sample_u, sample_start: see `Samples`.
+        points: of the samples, shape [samples, 3].
+        cutoff: largest gap.
+        out: sample and rod of each pair, shape [capacity, 2].
+        out_u: coordinate of the closest point, shape [capacity].
+
+    Returns:
+        Number of pairs; larger than the capacity where that was too small.
+    """
+    w, C, q = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
+    found = np.empty(64, np.int64)
+    total = 0
+    for slave in range(radius.size):
+        s = sample_start[slave]
+        for i in range(first[slave + 1] - first[slave]):
+            begin = s
+            while s < sample_start[slave + 1] and sample_u[s] < i + 0.5:
+                s += 1
+            for master in range(radius.size):
+                own, excluded = -1.0, -1.0
+                if master == slave:
+                    own, excluded = float(i), NEIGHBOUR_ARC_OVER_RADIUS * radius[slave] / spacing[slave]
+                limit = radius[slave] + radius[master] + cutoff
+                reach = limit + spacing[slave] + spacing[master]
+                count = first[master + 1] - first[master]
+                near = _minima(x, x[first[slave] + i], first[master], count, own, excluded, reach, found)
+                for p in range(begin, s):
+                    opened = total
+                    for m in range(near):
+                        u, _, inside = project(x, first[master], count, points[p], float(found[m]), w, C, q)
+                        if not inside or dot(q, q) > limit * limit:
+                            continue
+                        if master == slave and abs(u - sample_u[p]) <= excluded:
+                            continue
+                        twin = False
+                        for k in range(opened, min(total, out.shape[0])):
+                            twin = twin or abs(out_u[k] - u) < 1e-6
+                        if twin:
+                            continue
+                        if total < out.shape[0]:
+                            out[total, 0], out[total, 1] = p, master
+                            out_u[total] = u
+                        total += 1
+    return total
+
+
+@njit(cache=True)
+def match_pairs(old, old_u, new, new_u, reach):
+    """For each new pair the old one of the same sample and rod within `reach` segments (shape [rods]), or -1.
+
+    Both are ordered by sample; each old pair goes to at most one new one, the nearest first come.
+    """
+    match = np.full(new.shape[0], -1, np.int64)
+    taken = np.zeros(old.shape[0], np.bool_)
+    o = 0
+    for k in range(new.shape[0]):
+        s, rod = new[k]
+        while o < old.shape[0] and old[o, 0] < s:
+            o += 1
+        best, p = reach[rod], o
+        while p < old.shape[0] and old[p, 0] == s:
+            distance = abs(old_u[p] - new_u[k])
+            if old[p, 1] == rod and distance < best and not taken[p]:
+                best = distance
+                match[k] = p
+            p += 1
+        if match[k] >= 0:
+            taken[match[k]] = True
+    return match
