@@ -89,7 +89,8 @@ class Bend(Effect):
         self.name = "bend"
 
     @property
-    def _modulus(self) -> np.ndarray:
+    def modulus(self) -> np.ndarray:
+        """Stiffness over length of each hinge [N mm], shape [hinges]."""
         return np.asarray(self.stiffness, dtype=float)[hinge_rods(self.frames)] / self.frames.cell
 
     def keys(self, nodes: int) -> np.ndarray:
@@ -105,14 +106,14 @@ class Bend(Effect):
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
         f = self.frames
         return _assemble(
-            x, f.hinges, f.stencils, f.tangent0, self._modulus, residual, *matrix_arguments(matrix)
+            x, f.hinges, f.stencils, f.tangent0, self.modulus, residual, *matrix_arguments(matrix)
         )
 
     def merit(self, x: np.ndarray) -> float:
         return self.energy(x)
 
     def energy(self, x: np.ndarray) -> float:
-        return _energy(x, self.frames.hinges, self.frames.tangent0, self._modulus)
+        return _energy(x, self.frames.hinges, self.frames.tangent0, self.modulus)
 
 
 def hinge_rods(frames: Frames) -> np.ndarray:

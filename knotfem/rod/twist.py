@@ -133,7 +133,8 @@ class Twist(Effect):
         self.name = "twist"
 
     @property
-    def _modulus(self) -> np.ndarray:
+    def modulus(self) -> np.ndarray:
+        """Stiffness over length of each hinge [N mm], shape [hinges]."""
         return np.asarray(self.stiffness, dtype=float)[hinge_rods(self.frames)] / self.frames.cell
 
     def keys(self, nodes: int) -> np.ndarray:
@@ -141,12 +142,12 @@ class Twist(Effect):
 
     def torque(self, x: np.ndarray) -> np.ndarray:
         """Twisting moment of each hinge [N mm], shape [hinges]."""
-        return self._modulus * self.frames.twists(x)
+        return self.modulus * self.frames.twists(x)
 
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
         f = self.frames
         return _assemble(
-            x, f.hinges, f.stencils, f.tangent0, f.director0, f.turn0, f.per_radius, self._modulus, residual,
+            x, f.hinges, f.stencils, f.tangent0, f.director0, f.turn0, f.per_radius, self.modulus, residual,
             *matrix_arguments(matrix),
         )  # fmt: skip
 
@@ -155,4 +156,4 @@ class Twist(Effect):
 
     def energy(self, x: np.ndarray) -> float:
         f = self.frames
-        return _energy(x, f.hinges, f.tangent0, f.director0, f.turn0, f.per_radius, self._modulus)
+        return _energy(x, f.hinges, f.tangent0, f.director0, f.turn0, f.per_radius, self.modulus)

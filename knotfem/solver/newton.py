@@ -122,12 +122,11 @@ def solve(
 def _direction(system, matrix, residual, gap, lifted, settings, took) -> np.ndarray:
     rhs = -residual
     if lifted:
-        rhs = rhs - (matrix.to_scipy() @ gap.ravel()).reshape(-1, 3)
+        rhs = rhs - matrix.multiply(gap.ravel()).reshape(-1, 3)
     values = matrix.data.copy()
     while True:
         try:
-            system.factorise(matrix, took.shift)
-            du = system.solve(rhs)
+            du = system.solve(matrix, took.shift, rhs)
         except SingularMatrixError as error:
             if took.shift >= settings.shift_cap:
                 raise StepFailed(str(error)) from error

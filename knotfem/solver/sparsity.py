@@ -71,6 +71,28 @@ def _add_diagonal(indptr, indices, data, values):
                 break
 
 
+@njit(cache=True, parallel=True)
+def _multiply(indptr, indices, data, x, y):
+    for row in prange(indptr.size - 1):
+        value = 0.0
+        for k in range(indptr[row], indptr[row + 1]):
+            value += data[k] * x[indices[k]]
+        y[row] = value
+
+
+@njit(cache=True)
+def _multiply_upper(indptr, indices, data, x, y):
+    y[:] = 0.0
+    for row in range(indptr.size - 1):
+        value = 0.0
+        for k in range(indptr[row], indptr[row + 1]):
+            column = indices[k]
+            value += data[k] * x[column]
+            if column != row:
+                y[column] += data[k] * x[row]
+        y[row] += value
+
+
 @njit(cache=True)
 def add_blocks(nodes, blocks, node_ptr, node_adj, upper, data):
     """Add a dense square matrix over `nodes` (n,), `blocks` (3n, 3n). Returns False when a block lies outside."""
@@ -152,6 +174,13 @@ class Matrix:
     def constrain(self, fixed: np.ndarray, scale: float = 1.0) -> None:
         """Replace rows and columns of the `fixed` unknowns, boolean [3 nodes], by `scale` on the diagonal."""
         _constrain(*self.pattern.csr, self.data, fixed, scale)
+
+    def multiply(self, x: np.ndarray) -> np.ndarray:
+        """Product with a vector, shape [3 nodes]."""
+        y = np.empty_like(x)
+        multiply = _multiply_upper if self.pattern.upper else _multiply
+        multiply(*self.pattern.csr, self.data, x, y)
+        return y
 
     def to_scipy(self):
         """The whole matrix as a SciPy CSR array (both triangles)."""

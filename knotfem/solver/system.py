@@ -128,22 +128,31 @@ class System:
             goal[motion.nodes] = np.where(motion.components, motion.positions(time), goal[motion.nodes])
         return goal
 
-    def factorise(self, matrix: Matrix, shift: float) -> None:
-        """Constrain, shift by shift * weight [N/mm] and factorise (the matrix is changed)."""
+    def solve(self, matrix: Matrix, shift: float, rhs: np.ndarray) -> np.ndarray:
+        """Solve with zero at prescribed unknowns.
+
+        Args:
+            matrix: tangent; it is constrained and shifted in place.
+            shift: Levenberg-Marquardt shift [N/mm] of the whole, shared by `shift_weights`.
+            rhs: shape [nodes, 3].
+
+        Returns:
+            Shape [nodes, 3].
+        """
         if shift > 0.0:
             matrix.add_diagonal(np.repeat(shift * self.shift_weights, 3))
         self.clock.run("constrain", matrix.constrain, self.fixed.ravel())
+        self._factorise(matrix)
+        masked = np.where(self.fixed, 0.0, rhs)
+        return self.clock.run("solve", self.solver.solve, masked.ravel()).reshape(-1, 3)
+
+    def _factorise(self, matrix: Matrix) -> None:
         if self._analysed is not matrix.pattern:
             self.clock.run("analysis", self.solver.analyse, matrix.pattern)
             self._analysed = matrix.pattern
             self.analyses += 1
         self.clock.run("factorisation", self.solver.factorise, matrix)
         self.factorisations += 1
-
-    def solve(self, rhs: np.ndarray) -> np.ndarray:
-        """Solve with zero at prescribed unknowns, shape [nodes, 3]."""
-        masked = np.where(self.fixed, 0.0, rhs)
-        return self.clock.run("solve", self.solver.solve, masked.ravel()).reshape(-1, 3)
 
     def increment(self, du: np.ndarray) -> None:
         for effect in self.effects:
