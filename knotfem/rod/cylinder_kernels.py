@@ -16,6 +16,7 @@ from knotfem.rod.friction_kernels import (
     contact_basis,
     slip_potential,
     slip_rate,
+    sliding_work,
     traction_of,
     traction_rate,
     trial_slip,
@@ -200,7 +201,7 @@ def commit(
         stiffness = spring * length[s]
         before = np.sqrt(stored[s, 0] ** 2 + stored[s, 1] ** 2)
         if limit == 0.0:
-            lost += 0.5 * stiffness * before * before
+            lost += sliding_work(stiffness, before, 0.0, before)
             stored[s, 0] = stored[s, 1] = 0.0
             continue
         size = slip_of(
@@ -210,7 +211,7 @@ def commit(
         scale = 1.0
         if stiffness * size > limit:
             scale = limit / (stiffness * size)
-            lost += limit * size * (1.0 - scale) + 0.5 * stiffness * max(before - scale * size, 0.0) ** 2
+            lost += sliding_work(stiffness, before, scale * size, size)
         stored[s, 0], stored[s, 1] = scale * dot(e, g[0]), scale * dot(e, g[1])
         kept += 0.5 * stiffness * (scale * size) ** 2
     return lost, kept

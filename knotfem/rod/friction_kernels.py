@@ -238,6 +238,16 @@ def slip_potential(size, k, limit):
     return limit * size - 0.5 * limit * limit / k
 
 
+@njit(cache=True, inline="always")
+def sliding_work(stiffness, before, after, trial):
+    """Work of sliding when the slip is cut from `trial` to `after`, having been `before` a step ago; never negative.
+
+    The spring works against the motion with a traction that goes linearly from one end of the step to the other; what
+    it does not store is lost. That covers a spring that gives way because the normal force has fallen.
+    """
+    return 0.5 * stiffness * (before + after) * (trial - after)
+
+
 @njit(cache=True)
 def anchor_pairs(
     x, frames, first, sample_base, sample_weights, sample_share, points, pairs, u, chosen, own, anchor_u, anchor
@@ -290,7 +300,7 @@ def commit(
         limit = friction[k] * force[k]
         before = np.sqrt(stored[k, 0] ** 2 + stored[k, 1] ** 2)
         if limit == 0.0:
-            lost += 0.5 * stiffness * before * before
+            lost += sliding_work(stiffness, before, 0.0, before)
             stored[k, 0] = stored[k, 1] = 0.0
             continue
         count = first[rod + 1] - first[rod]
@@ -308,7 +318,7 @@ def commit(
         scale = 1.0
         if stiffness * size > limit:
             scale = limit / (stiffness * size)
-            lost += limit * size * (1.0 - scale) + 0.5 * stiffness * max(before - scale * size, 0.0) ** 2
+            lost += sliding_work(stiffness, before, scale * size, size)
         stored[k, 0], stored[k, 1] = scale * dot(e, g[0]), scale * dot(e, g[1])
         kept += 0.5 * stiffness * (scale * size) ** 2
     return lost, kept

@@ -58,10 +58,19 @@ class RodSystem(System):
             goal[motion.nodes, :3] = motion.positions(time)
         return goal
 
-    def factorise(self, matrix: Matrix, shift: float) -> None:
-        """Constrain, shift by shift * weight [N/mm] and factorise (the matrix is changed)."""
+    def solve(self, matrix: Matrix, shift: float, rhs: np.ndarray) -> np.ndarray:
+        """Solve with zero at prescribed unknowns.
+
+        Args:
+            matrix: tangent; it is constrained and shifted in place.
+            shift: Levenberg-Marquardt shift [N/mm] of the whole, shared evenly by the nodes.
+            rhs: shape [nodes, 4].
+
+        Returns:
+            Shape [nodes, 4].
+        """
         if shift > 0.0:
-            matrix.add_diagonal(np.repeat(shift * self.shift_weights, 4))
+            matrix.add_diagonal(np.full(rhs.size, shift / self.nodes))
         self.clock.run("constrain", matrix.constrain, self.fixed.ravel())
         if self._analysed is not matrix.pattern:
             self.clock.run("analysis", self.solver.analyse, matrix.pattern)
@@ -69,9 +78,6 @@ class RodSystem(System):
             self.analyses += 1
         self.clock.run("factorisation", self.solver.factorise, matrix)
         self.factorisations += 1
-
-    def solve(self, rhs: np.ndarray) -> np.ndarray:
-        """Solve with zero at prescribed unknowns, shape [nodes, 4]."""
         masked = np.where(self.fixed, 0.0, rhs)
         return self.clock.run("solve", self.solver.solve, masked.ravel()).reshape(-1, 4)
 

@@ -106,7 +106,7 @@ class RodMesh(Table):
 
     section_elements: Annotated[Integer, Field(ge=4)] = 12
     element_length: PositiveLength
-    element: Annotated[str, AfterValidator(_known_element)] = "hex8"
+    element: Annotated[str, AfterValidator(_known_element)] = "hex8-reduced"
     match_bending_stiffness: Flag = True
 
 

@@ -1,0 +1,123 @@
+"""Whole runs of coarse scenes: what they write, how they stop and go on, what they are held against."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from knotfem.errors import KnotLost, NotConverged, Stopped
+from knotfem.run import driver
+from knotfem.run.directory import RunDirectory
+from knotfem.run.profile import tension
+from knotfem.run.stop import StopRequest
+from knotfem.run.tables import read_table
+from knotfem.scene import load_scene
+
+COARSE = (
+    "rods.0.length=400 mm",
+    "rods.0.diameter=6 mm",
+    "rods.0.mesh.section_elements=4",
+    "rods.0.mesh.element_length=5 mm",
+    "contact.sample_spacing_over_diameter=0.25",
+    "output.fields=false",
+    "tie.increments=2",
+    "steps.1.displacement=6 mm",
+    "solver.threads=1",
+)
+
+
+def coarse(*overrides: str, scene: str = "overhand"):
+    return load_scene(scene, [*COARSE, *overrides])
+
+
+@pytest.fixture(scope="module")
+def pulled(tmp_path_factory) -> RunDirectory:
+    scene = coarse()
+    run = RunDirectory.create(scene, tmp_path_factory.mktemp("driver") / "run")
+    driver.pull(scene, run)
+    return run
+
+
+def rows(run: RunDirectory, table: str) -> dict[str, np.ndarray]:
+    columns = read_table(run.path / table)
+    return {name: values for name, values in columns.items() if name != "wall_s"}
+
+
+def test_pulled_run_writes_all_its_files(pulled):
+    names = {path.name for path in pulled.path.iterdir()}
+    assert {
+        "scene.toml", "provenance.json", "status.json", "log.jsonl", "tie.csv", "force.csv", "tension.csv",
+        "summary.json", "checkpoints", "force.png", "tension.png", "stretch.png",
+    } <= names  # fmt: skip
+    assert pulled.read_status()["state"] == "done"
+    summary = pulled.read_summary()
+    assert summary["knot_before"] == summary["knot_after"] == "3_1"
+    assert set(summary["phases"]) == {"mapping", "relax", "pull"}
+
+
+def test_force_rises_and_balances(pulled):
+    force = read_table(pulled.path / "force.csv")
+    assert force["displacement_mm"][-1] == pytest.approx(6.0, abs=1e-9)
+    assert force["force_N"][-1] > force["force_N"][0] > -0.05
+    assert force["imbalance_N"][-1] < 5e-3 * force["force_N"][-1]
+    assert abs(force["missing_Nmm"][-1]) < 0.02 * force["work_Nmm"][-1]
+    assert np.all(np.diff(force["friction_Nmm"]) > -1e-3 * force["work_Nmm"][-1])
+
+
+def test_tension_equals_the_applied_force_at_the_ends(pulled):
+    profile, force = tension(pulled), read_table(pulled.path / "force.csv")["force_N"][-1]
+    assert profile["tension_N"][0] == pytest.approx(force, rel=2e-3)
+    apart = np.abs(profile["core_N"] + profile["bulk_N"] - profile["tension_N"])
+    assert np.median(apart) < 0.01 * force
+
+
+def test_stopped_run_goes_on_to_the_same_bits(pulled, tmp_path, monkeypatch):
+    scene = coarse()
+    run = RunDirectory.create(scene, tmp_path / "stopped")
+    steps = len((pulled.path / "log.jsonl").read_text().splitlines())
+    calls = {"left": steps - len(rows(pulled, "force.csv")["time_s"]) // 2}
+
+    def due(self) -> bool:
+        calls["left"] -= 1
+        return calls["left"] < 0
+
+    with monkeypatch.context() as patch:
+        patch.setattr(StopRequest, "due", property(due))
+        with pytest.raises(Stopped):
+            driver.pull(scene, run)
+    assert run.read_status()["state"] == "stopped"
+    driver.resume(RunDirectory.open(run.path))
+    for table in ("force.csv", "tension.csv"):
+        whole, halved = rows(pulled, table), rows(run, table)
+        for name, values in whole.items():
+            assert np.array_equal(values, halved[name]), f"{table}: {name}"
+
+
+def test_paths_of_the_mapping_end_in_the_same_equilibrium(tmp_path):
+    ends = {}
+    for path in ("direct", "inextensible", "linear"):
+        scene = coarse(f"tie.path={path}", "tie.optimise_direction=false")
+        run = RunDirectory.create(scene, tmp_path / path)
+        driver.tie(scene, run)
+        profile = tension(run)
+        ends[path] = np.stack([profile[f"{axis}_mm"] for axis in "xyz"], axis=1)
+    assert np.abs(ends["inextensible"] - ends["direct"]).max() < 1e-3
+    assert np.abs(ends["linear"] - ends["direct"]).max() < 1e-3
+
+
+def test_hopeless_tolerance_is_a_failure_with_its_state_saved(tmp_path):
+    scene = coarse("solver.force_tolerance=1e-30 N", "solver.max_iterations=3", "solver.max_cutbacks=0")
+    run = RunDirectory.create(scene, tmp_path / "run")
+    with pytest.raises(NotConverged):
+        driver.tie(scene, run)
+    assert run.read_status()["state"] == "failed"
+    assert json.loads((run.path / "provenance.json").read_text())
+
+
+def test_strand_that_passes_through_another_ends_the_run(tmp_path):
+    scene = coarse("contact.enabled=false", "steps.1.displacement=120 mm")
+    run = RunDirectory.create(scene, tmp_path / "run")
+    with pytest.raises(KnotLost, match="passed through"):
+        driver.pull(scene, run)
