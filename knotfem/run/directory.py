@@ -13,7 +13,16 @@ from typing import Any, Literal
 
 from knotfem.errors import InputError
 from knotfem.run.checkpoint import CheckpointStore
-from knotfem.run.files import PART_SUFFIX, append, cannot_write, json_line, read_json, write_atomically, write_json
+from knotfem.run.files import (
+    PART_SUFFIX,
+    append,
+    cannot_write,
+    json_line,
+    read_json,
+    whole_lines,
+    write_atomically,
+    write_json,
+)
 from knotfem.run.tables import FORCE_COLUMNS, TENSION_COLUMNS, TIE_COLUMNS, Table
 from knotfem.scene.load import load_scene
 from knotfem.scene.model import Scene
@@ -203,6 +212,18 @@ class RunDirectory:
             InputError: missing or damaged.
         """
         return read_json(self.path / "summary.json")
+
+    @property
+    def log_lines(self) -> int:
+        """Whole lines of log.jsonl."""
+        path = self.path / "log.jsonl"
+        return len(whole_lines(path)) if path.exists() else 0
+
+    def keep_log(self, lines: int) -> None:
+        """Drop the lines of log.jsonl past the first `lines`."""
+        path = self.path / "log.jsonl"
+        if path.exists():
+            write_atomically(path, "".join(f"{line}\n" for line in whole_lines(path)[:lines]))
 
     def log(self, **record: Any) -> None:
         """Add a line to log.jsonl."""

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from knotfem.errors import KnotfemError, KnotLost, NotConverged
-from knotfem.run.account import Account
+from knotfem.run.account import Account, Balance
 from knotfem.run.build import build_body
 from knotfem.run.directory import TIED, RunDirectory
 from knotfem.run.mapping import make_paths, mapping
@@ -25,6 +25,9 @@ from knotfem.scene.steps import Loaded, Pull, Relax, Release, Step
 from knotfem.solver import march
 from knotfem.solver.effect import Motion
 from knotfem.solver.system import labelled
+
+STATUS_EVERY = 2.0
+"""Seconds between updates of status.json."""
 
 
 def tie(scene: Scene, run: RunDirectory, progress: Progress | None = None) -> None:
@@ -106,6 +109,7 @@ class Driver:
         self.knots_before: dict[str, Any] | None = None
         self._resume_state: dict[str, Any] | None = None
         self._fraction = 0.0
+        self._told = 0.0
 
     def where(self) -> dict[str, Any]:
         """For status.json."""
@@ -196,6 +200,7 @@ class Driver:
                 self._fraction = float("nan") if rest is not None else _fraction(walk, began, self.motion.time)
                 self.outputs.step(step, accepted, balance, self.account, system)
                 self._report(step, accepted, balance, began)
+                self._tell_status(balance)
                 done = resting or self.motion.time >= walk.stops[-1] * (1.0 - 1e-12)
                 if accepted.arrived or done:
                     self.outputs.state(self.motion, balance, step)
@@ -219,7 +224,14 @@ class Driver:
             self.outputs.summary.phase(step.name, began_wall, began_cpu)
             system.close()
 
-    def _report(self, step: Step, accepted: march.Accepted, balance, began: float) -> None:
+    def _tell_status(self, balance: Balance) -> None:
+        """Keep status.json up to date, once in a while."""
+        if time.monotonic() - self._told > STATUS_EVERY:
+            self._told = time.monotonic()
+            figures = {"displacement_mm": balance.displacement, "force_N": balance.force}
+            self.run.write_status("running", goal=self.goal, **self.where(), **figures)
+
+    def _report(self, step: Step, accepted: march.Accepted, balance: Balance, began: float) -> None:
         self.progress.step(
             StepReport(
                 step.name,

@@ -47,6 +47,7 @@ class Outputs:
         self.tie.keep(rows["tie"])
         self.force.keep(rows["force"])
         self.tension.keep(rows["tension"])
+        self.run.keep_log(int(rows.get("log", 0)))
         if self.model.body.scene.output.fields:
             path = self.run.path / "results.vtkhdf"
             self._series = open_series(path, self.model, int(rows["series"]) if metadata else None)
@@ -58,6 +59,7 @@ class Outputs:
                 "tie": self.tie.rows,
                 "force": self.force.rows,
                 "tension": self.tension.rows,
+                "log": self.run.log_lines,
                 "series": 0 if self._series is None else len(self._series.times),
             }
         }

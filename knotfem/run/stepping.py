@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import asdict
 from typing import Any
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from knotfem.run.account import Balance, Energies
 from knotfem.run.build import Body
+from knotfem.run.machine import usable_threads
 from knotfem.scene.model import Scene
 from knotfem.scene.steps import Pull, Relax, Release, Step
 from knotfem.solver import march
@@ -27,7 +27,7 @@ REST_FORCE = 2e-5
 
 def threads_of(scene: Scene) -> int:
     """Threads that the scene asks for, or all there are."""
-    return scene.solver.threads or len(os.sched_getaffinity(0))
+    return scene.solver.threads or usable_threads()
 
 
 def newton_settings(scene: Scene, body: Body) -> NewtonSettings:
