@@ -105,9 +105,7 @@ class Bend(Effect):
 
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
         f = self.frames
-        return _assemble(
-            x, f.hinges, f.stencils, f.tangent0, self.modulus, residual, *matrix_arguments(matrix)
-        )
+        return _assemble(x, f.hinges, f.stencils, f.tangent0, self.modulus, residual, *matrix_arguments(matrix))
 
     def merit(self, x: np.ndarray) -> float:
         return self.energy(x)

@@ -50,7 +50,8 @@ class Contact(Effect):
         pairs: sample and master rod of each near pair, shape [pairs, 2].
         u: coordinate of the closest point, shape [pairs].
         gap: [mm], shape [pairs].
-        share: of the sample's length that a pair carries; that of the step's start, shape [pairs].
+        share: of the sample's length that a pair carries, settled before it touches, so that contact stores what is
+            put into it; shape [pairs].
         force: normal force [N], shape [pairs].
         match: where each pair stood before the last search, or -1, shape [pairs].
         generation: number of searches.
@@ -129,7 +130,8 @@ class Contact(Effect):
         return self._stored(self.gap)
 
     def begin(self, start: StepStart) -> None:
-        self.share = self._shares(start.motion.x, self.pairs, self.u)
+        apart = self.gap >= 0.5 * self.law.ramp
+        self.share[apart] = self._shares(start.motion.x, self.pairs[apart], self.u[apart])
 
     def memory(self) -> Arrays:
         return {

@@ -126,9 +126,7 @@ def assemble(
                     for j in range(3):
                         du = (B[c] * C[1, j] - Bd[c] * size * n[j]) / h
                         bent = B[a] * dn[i, j] + Bd[a] * n[i] * du
-                        block[4 * a + i, 4 * c + j] = (
-                            weight * slope * B[a] * n[i] * B[c] * n[j] - force[k] * bent
-                        )
+                        block[4 * a + i, 4 * c + j] = weight * slope * B[a] * n[i] * B[c] * n[j] - force[k] * bent
         if not add_blocks(nodes, nodes, block, node_ptr, node_adj, data):
             return False
     return True

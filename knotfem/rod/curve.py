@@ -37,13 +37,7 @@ def curve_point(x, base, w, C):
 def project(x, first_node, count, p, u, w, C, q):
     """Closest point of a rod's curve to p by Newton from u; on return w, C and q = p - curve belong to it.
 
-    Args:
-        x: shape [nodes, 4 or 3].
-        first_node, count: the rod's nodes.
-        p: point, shape [3].
-        u: where to begin.
-        w, C: basis and curve, filled, shape [3, 3].
-        q: filled, shape [3].
+    The rod has `count` nodes from `first_node` on; w and C are (3, 3), q is (3).
 
     Returns:
         u, first node of the stencil, and whether a minimum was found on the rod or at most one segment beyond its ends.

@@ -14,9 +14,9 @@ from knotfem.effects.penalty import penalty
 from knotfem.rod import material
 from knotfem.rod.friction_kernels import (
     contact_basis,
+    sliding_work,
     slip_potential,
     slip_rate,
-    sliding_work,
     traction_of,
     traction_rate,
     trial_slip,

@@ -100,15 +100,10 @@ def assemble(
 ):  # fmt: skip
     """Residual and tangent of the friction of all pairs.
 
-    Args:
-        x: shape [nodes, 4].
-        frames: tangent0, director0, turn of the hinge ahead of each edge, 1/radius.
-        spring: tangential stiffness k [N/mm^2].
-        friction: mu of each pair.
-        own: angle, radial, axial coordinate of the slave's material point, shape [pairs, 3].
-        anchor_u, anchor: of the master's, shapes [pairs] and [pairs, 3].
-        stored: elastic slip in the basis of the contact plane [mm], shape [pairs, 2].
-        slip, traction: size of the trial slip [mm] and force on the master [N], filled, shapes [pairs], [pairs, 3].
+    `frames` is `Frames.material_arrays`. Of each pair: `friction` mu, `own` (3) and `anchor` (3) the angle, radial and
+    axial coordinates of the slave's and the master's material point, the latter at `anchor_u`, `stored` (2) the
+    elastic slip in the basis of the contact plane [mm]; `slip` and `traction` (3) are filled with the size of the
+    trial slip [mm] and the force on the master [N]. `spring` is the tangential stiffness [N/mm^2].
 
     Returns:
         False where a block lies outside the pattern.
@@ -216,7 +211,9 @@ def potential(
         if limit == 0.0:
             continue
         count = first[rod + 1] - first[rod]
-        pair_geometry(x, first[rod], count, points[s], u[k], sample_base[s], sample_weights[s], w, C, q, n, nodes, B, Bd)
+        pair_geometry(
+            x, first[rod], count, points[s], u[k], sample_base[s], sample_weights[s], w, C, q, n, nodes, B, Bd
+        )
         material.material_frame(x, sample_base[s], sample_share[s], frames, own[k, 0], V, L)
         material.material_point(x, sample_base[s], sample_weights[s, 0], own[k, 1], own[k, 2], V, P)
         local = axial_basis(anchor_u[k], count, wa)
@@ -260,7 +257,7 @@ def anchor_pairs(
         if not chosen[k]:
             continue
         s, rod = pairs[k]
-        size, _, base = pair_geometry(
+        _, _, base = pair_geometry(
             x, first[rod], first[rod + 1] - first[rod], points[s], u[k], sample_base[s], sample_weights[s], w, C, q, n,
             nodes, B, Bd,
         )  # fmt: skip
@@ -304,7 +301,9 @@ def commit(
             stored[k, 0] = stored[k, 1] = 0.0
             continue
         count = first[rod + 1] - first[rod]
-        pair_geometry(x, first[rod], count, points[s], u[k], sample_base[s], sample_weights[s], w, C, q, n, nodes, B, Bd)
+        pair_geometry(
+            x, first[rod], count, points[s], u[k], sample_base[s], sample_weights[s], w, C, q, n, nodes, B, Bd
+        )
         material.material_frame(x, sample_base[s], sample_share[s], frames, own[k, 0], V, L)
         material.material_point(x, sample_base[s], sample_weights[s, 0], own[k, 1], own[k, 2], V, P)
         local = axial_basis(anchor_u[k], count, wa)

@@ -32,14 +32,8 @@ def _minima(x, point, first, count, own, excluded, reach, found):
 def find_pairs(x, first, spacing, radius, sample_u, sample_start, points, cutoff, out, out_u):
     """All pairs of a sample and a closest point on a rod with a gap below `cutoff` [mm], ordered by sample.
 
-    Args:
-        x: shape [nodes, 4].
-        first, spacing, radius: see `RodLayout`.
-        sample_u, sample_start: see `Samples`.
-        points: of the samples, shape [samples, 3].
-        cutoff: largest gap.
-        out: sample and rod of each pair, shape [capacity, 2].
-        out_u: coordinate of the closest point, shape [capacity].
+    `points` are the samples' places, (samples, 3); `out` (capacity, 2) gets sample and rod of each pair, `out_u`
+    (capacity) the coordinate of its closest point; for the rest see `RodLayout` and `Samples`.
 
     Returns:
         Number of pairs; larger than the capacity where that was too small.

@@ -1,0 +1,152 @@
+"""The energy account of rods, step by step."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+
+import numpy as np
+
+from knotfem.rod.frames import Frames
+from knotfem.solver.effect import StepStart
+from knotfem.solver.system import System
+
+ELASTIC = ("stretch", "bend", "twist")
+CONTACT = ("contact", "cylinder")
+RUBBING = ("friction", "cylinder friction")
+
+
+@dataclass
+class Energies:
+    """Energies [N mm].
+
+    Stored, each the present value: stretch, bend, twist, contact, springs (of sticking friction), gravity, kinetic.
+    Summed since the account was opened: work of supports, clamps and loads; what friction, drag and the time
+    integration took.
+    """
+
+    stretch: float = 0.0
+    bend: float = 0.0
+    twist: float = 0.0
+    contact: float = 0.0
+    springs: float = 0.0
+    gravity: float = 0.0
+    kinetic: float = 0.0
+    work: float = 0.0
+    friction: float = 0.0
+    drag: float = 0.0
+    numerical: float = 0.0
+
+    @property
+    def elastic(self) -> float:
+        return self.stretch + self.bend + self.twist
+
+    @property
+    def stored(self) -> float:
+        return self.elastic + self.contact + self.springs + self.gravity + self.kinetic
+
+
+@dataclass
+class Ledger:
+    """Keeps the account of a system's steps.
+
+    `numerical` is the rest that closes the account: what an implicit step damps, plus the error of taking works by
+    the trapezoidal rule.
+
+    Attributes:
+        energies: as of the last booked step.
+        friction_step, drag_step, numerical_step: what the last step took.
+    """
+
+    mass: np.ndarray
+    inertial: bool
+    energies: Energies = field(default_factory=Energies)
+    friction_step: float = 0.0
+    drag_step: float = 0.0
+    numerical_step: float = 0.0
+    _before: dict[str, np.ndarray] | None = field(default=None, init=False)
+    _couples: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)), init=False)
+
+    def open(self, system: System, x: np.ndarray, v: np.ndarray) -> None:
+        """A phase is about to march from x, shape [nodes, 4]; sums go on."""
+        self._before = None
+        self._store(system, x, v)
+
+    def book(self, system: System, frames: Frames, start: StepStart, x: np.ndarray, v: np.ndarray) -> None:
+        """Book an accepted step that ended at x with velocity v, shapes [nodes, 4]."""
+        e = self.energies
+        stored = e.stored
+        forces, couples = system.forces(x), clamp_couples(system, frames, x)
+        before, before_couples = self._before or forces, self._couples if self._before is not None else couples
+        dx = x - start.motion.x
+        total_before, total = sum(before.values()), sum(forces.values())
+        assert isinstance(total, np.ndarray)
+        assert isinstance(total_before, np.ndarray)
+        work = 0.5 * float(np.sum(np.where(system.fixed, total_before + total, 0.0) * dx))
+        if "load" in forces:
+            work -= 0.5 * float(np.sum((before["load"] + forces["load"]) * dx))
+        for c, clamp in enumerate(frames.clamps):
+            turn = rotation_between(clamp.orientation(start.motion.time), clamp.orientation(start.end))
+            work += 0.5 * float((before_couples[c] + couples[c]) @ turn)
+        self.friction_step = sum(effect.dissipated for name in RUBBING for effect in _named(system, name))
+        self.drag_step = float(np.sum(forces["drag"] * dx)) if "drag" in forces else 0.0
+        self._store(system, x, v)
+        self.numerical_step = work - (e.stored - stored) - self.friction_step - self.drag_step
+        e.work += work
+        e.friction += self.friction_step
+        e.drag += self.drag_step
+        e.numerical += self.numerical_step
+        self._before, self._couples = forces, couples
+
+    def state(self) -> dict:
+        """For a checkpoint."""
+        return {"energies": asdict(self.energies), "before": self._before, "couples": self._couples}
+
+    def restore(self, state: dict) -> None:
+        """From a checkpoint."""
+        self.energies = Energies(**state["energies"])
+        self._before, self._couples = state["before"], state["couples"]
+
+    def _store(self, system: System, x: np.ndarray, v: np.ndarray) -> None:
+        e = self.energies
+        for name in ELASTIC:
+            setattr(e, name, sum(effect.energy(x) for effect in _named(system, name)))
+        e.contact = sum(effect.energy(x) for name in CONTACT for effect in _named(system, name))
+        e.springs = sum(effect.kept for name in RUBBING for effect in _named(system, name))
+        e.gravity = sum(effect.energy(x) for effect in _named(system, "gravity"))
+        e.kinetic = 0.5 * float(np.sum(self.mass * v * v)) if self.inertial else 0.0
+
+
+def _named(system: System, name: str) -> list:
+    return system.effect(name)
+
+
+def clamp_couples(system: System, frames: Frames, x: np.ndarray) -> np.ndarray:
+    """Couple of each clamp on its rod [N mm], shape [clamps, 3]."""
+    count = len(frames.clamps)
+    couples = np.zeros((count, 3))
+    if count == 0:
+        return couples
+    hinges = frames.hinges[-count:]
+    tangent = frames.current(x)[0]
+    a, b = tangent[hinges[:, 0]], tangent[hinges[:, 1]]
+    c = np.einsum("ki,ki->k", a, b)[:, None]
+    left = (hinges[:, 0] >= frames.layout.nodes)[:, None]
+    axb = np.cross(a, b)
+    for effect in _named(system, "bend"):
+        slope = -4.0 * effect.modulus[-count:, None] / (1.0 + c) ** 2
+        couples += slope * np.where(left, axb, -axb)
+    for effect in _named(system, "twist"):
+        torque = effect.torque(x)[-count:, None]
+        k = axb / (1.0 + c)
+        couples += torque * np.where(left, np.cross(a, k) - a, b + np.cross(b, k))
+    return couples
+
+
+def rotation_between(before: tuple[np.ndarray, np.ndarray], after: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+    """Rotation vector [rad], shape [3], from one tangent and director to another."""
+    from scipy.spatial.transform import Rotation
+
+    def matrix(frame: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+        return np.stack([frame[0], frame[1], np.cross(frame[0], frame[1])], axis=1)
+
+    return Rotation.from_matrix(matrix(after) @ matrix(before).T).as_rotvec()
