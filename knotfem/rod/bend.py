@@ -1,22 +1,38 @@
 """Bending of a naturally straight rod of circular section.
 
-At each hinge between edges of directions a and b the energy is B/(2 l) |kappa b|^2 with the integrated curvature
-|kappa b|^2 = 4 (1 - c)/(1 + c), c = a . b (Bergou et al. 2008, Eq. 2), which grows without bound as an edge folds
-back. For equal stiffness in all directions no material frame is needed.
+At each hinge the edges turn by the angle phi, and the energy is B phi^2/(2 l). On an arc, where the turning angle is
+the curvature times the cell, this is exact; 2 tan(phi/2), the integrated curvature of Bergou et al. (2008, Eq. 2),
+makes the same arc stiffer by phi^2/3 in its moment: 4 % at h = 2 mm round a radius of 6 mm. For equal stiffness in all
+directions no material frame is needed.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 
 from knotfem.rod.frames import Frames, edge
-from knotfem.rod.rotation import dot
+from knotfem.rod.rotation import cross, dot
 from knotfem.rod.sparsity import add_blocks, matrix_arguments, stencil_keys
 from knotfem.solver.effect import Effect
 from knotfem.solver.sparsity import Matrix
+
+
+@njit(cache=True)
+def turning(a, b):
+    """Angle phi between two directions and the first two derivatives of phi^2/2 by their cosine."""
+    c = dot(a, b)
+    binormal = np.empty(3)
+    cross(a, b, binormal)
+    s = math.sqrt(dot(binormal, binormal))
+    phi = math.atan2(s, c)
+    if s < 1e-3 and c > 0.0:
+        y = phi * phi
+        return phi, -(1.0 + y / 6.0 + 7.0 * y * y / 360.0), 1.0 / 3.0 + 2.0 * y / 15.0
+    return phi, -phi / s, (1.0 - phi * c / s) / (s * s)
 
 
 @njit(cache=True)
@@ -26,8 +42,7 @@ def _energy(x, hinges, tangent0, modulus):
     for k in range(hinges.shape[0]):
         edge(x, tangent0, hinges[k, 0], a)
         edge(x, tangent0, hinges[k, 1], b)
-        c = dot(a, b)
-        total += 2.0 * modulus[k] * (1.0 - c) / (1.0 + c)
+        total += 0.5 * modulus[k] * turning(a, b)[0] ** 2
     return total
 
 
@@ -41,8 +56,8 @@ def _assemble(x, hinges, stencils, tangent0, modulus, residual, tangent, node_pt
         la = edge(x, tangent0, hinges[k, 0], a)
         lb = edge(x, tangent0, hinges[k, 1], b)
         c = dot(a, b)
-        first = -4.0 * modulus[k] / (1.0 + c) ** 2
-        second = 8.0 * modulus[k] / (1.0 + c) ** 3
+        _, first, second = turning(a, b)
+        first, second = modulus[k] * first, modulus[k] * second
         for i in range(3):
             g[0, i] = (b[i] - c * a[i]) / la
             g[1, i] = (a[i] - c * b[i]) / lb
@@ -100,8 +115,16 @@ class Bend(Effect):
         """Curvature of each hinge [1/mm], shape [hinges]."""
         tangent = self.frames.current(x)[0]
         a, b = tangent[self.frames.hinges[:, 0]], tangent[self.frames.hinges[:, 1]]
-        c = np.einsum("ki,ki->k", a, b)
-        return 2.0 * np.sqrt(np.maximum(1.0 - c, 0.0) / (1.0 + c)) / self.frames.cell
+        across = np.linalg.norm(np.cross(a, b), axis=1)
+        return np.arctan2(across, np.einsum("ki,ki->k", a, b)) / self.frames.cell
+
+    def moment(self, x: np.ndarray) -> np.ndarray:
+        """Bending moment of each hinge [N mm], about the binormal, shape [hinges, 3]."""
+        tangent = self.frames.current(x)[0]
+        binormal = np.cross(tangent[self.frames.hinges[:, 0]], tangent[self.frames.hinges[:, 1]])
+        size = np.linalg.norm(binormal, axis=1)
+        scale = np.where(size > 0.0, self.modulus * self.curvature(x) * self.frames.cell, 0.0)
+        return (scale / np.where(size > 0.0, size, 1.0))[:, None] * binormal
 
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
         f = self.frames

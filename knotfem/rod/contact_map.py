@@ -46,19 +46,15 @@ def contact_map(
         on = contact.force > 0.0
         sample, other = contact.pairs[on].T
         rod, arclength = _where(contact, sample)
-        rubbing = _rubbing(friction, on)
-        parts.append(
-            (rod, arclength, other, contact.u[on] * contact.layout.spacing[other], contact.gap[on], contact.force[on])
-            + rubbing
-        )
+        other_arclength = contact.u[on] * contact.layout.spacing[other]
+        pressing = contact.gap[on], contact.force[on]
+        parts.append((rod, arclength, other, other_arclength, *pressing, *_rubbing(friction, on)))
     for number, (cylinder, cylinder_friction) in enumerate(cylinders):
         on = cylinder.force > 0.0
         rod, arclength = _where(cylinder, np.flatnonzero(on))
-        nowhere = np.full(rod.size, np.nan)
-        parts.append(
-            (rod, arclength, np.full(rod.size, -1 - number), nowhere, cylinder.gap[on], cylinder.force[on])
-            + _rubbing(cylinder_friction, on)
-        )
+        other, nowhere = np.full(rod.size, -1 - number), np.full(rod.size, np.nan)
+        pressing = cylinder.gap[on], cylinder.force[on]
+        parts.append((rod, arclength, other, nowhere, *pressing, *_rubbing(cylinder_friction, on)))
     if not parts:
         nothing, none = np.zeros(0), np.zeros(0, dtype=np.int64)
         return ContactMap(none, nothing, none, nothing, nothing, nothing, nothing, none.astype(bool))

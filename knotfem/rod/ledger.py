@@ -7,12 +7,14 @@ from dataclasses import asdict, dataclass, field
 import numpy as np
 
 from knotfem.rod.frames import Frames
-from knotfem.solver.effect import StepStart
+from knotfem.solver.effect import Motion, StepStart
 from knotfem.solver.system import System
 
 ELASTIC = ("stretch", "bend", "twist")
 CONTACT = ("contact", "cylinder")
 RUBBING = ("friction", "cylinder friction")
+INSTANT = 1e-12
+"""A step that begins a phase without moving anything [s]."""
 
 
 @dataclass
@@ -63,20 +65,22 @@ class Ledger:
     friction_step: float = 0.0
     drag_step: float = 0.0
     numerical_step: float = 0.0
-    _before: dict[str, np.ndarray] | None = field(default=None, init=False)
+    _before: dict[str, np.ndarray] = field(default_factory=dict, init=False)
     _couples: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)), init=False)
 
-    def open(self, system: System, x: np.ndarray, v: np.ndarray) -> None:
+    def open(self, system: System, frames: Frames, x: np.ndarray, v: np.ndarray, time: float) -> None:
         """A phase is about to march from x, shape [nodes, 4]; sums go on."""
-        self._before = None
         self._store(system, x, v)
+        system.begin(StepStart(Motion(x, v, np.zeros_like(v), time), INSTANT))
+        self._before = {name: force for name, force in system.forces(x).items() if name not in ("inertia", "drag")}
+        self._couples = clamp_couples(system, frames, x)
 
     def book(self, system: System, frames: Frames, start: StepStart, x: np.ndarray, v: np.ndarray) -> None:
         """Book an accepted step that ended at x with velocity v, shapes [nodes, 4]."""
         e = self.energies
         stored = e.stored
         forces, couples = system.forces(x), clamp_couples(system, frames, x)
-        before, before_couples = self._before or forces, self._couples if self._before is not None else couples
+        before, before_couples = self._before, self._couples
         dx = x - start.motion.x
         total_before, total = sum(before.values()), sum(forces.values())
         assert isinstance(total, np.ndarray)
@@ -129,15 +133,13 @@ def clamp_couples(system: System, frames: Frames, x: np.ndarray) -> np.ndarray:
     hinges = frames.hinges[-count:]
     tangent = frames.current(x)[0]
     a, b = tangent[hinges[:, 0]], tangent[hinges[:, 1]]
-    c = np.einsum("ki,ki->k", a, b)[:, None]
     left = (hinges[:, 0] >= frames.layout.nodes)[:, None]
-    axb = np.cross(a, b)
+    k = np.cross(a, b) / (1.0 + np.einsum("ki,ki->k", a, b)[:, None])
     for effect in _named(system, "bend"):
-        slope = -4.0 * effect.modulus[-count:, None] / (1.0 + c) ** 2
-        couples += slope * np.where(left, axb, -axb)
+        moment = effect.moment(x)[-count:]
+        couples += np.where(left, -moment, moment)
     for effect in _named(system, "twist"):
         torque = effect.torque(x)[-count:, None]
-        k = axb / (1.0 + c)
         couples += torque * np.where(left, np.cross(a, k) - a, b + np.cross(b, k))
     return couples
 

@@ -111,7 +111,7 @@ def material_gradient(base, share, w, per_radius, radial, axial, V, L, G):
 
 @njit(cache=True)
 def material_curvature(base, share, frames, radial, axial, V, L, tau, H, work):
-    """Second derivatives of S . tau by the unknowns of three nodes into H (12, 12), column by column; `work` (16, 3) is scratch."""
+    """Second derivatives of S . tau by the unknowns of three nodes into H (12, 12); `work` (16, 3) is scratch."""
     tangent0, per_radius = frames[0], frames[3]
     still, dea, deb, dc, da = work[0], work[1], work[2], work[3], work[4]
     db, dt, dnu, dmu = work[5], work[6], work[7], work[8]

@@ -213,7 +213,7 @@ class RodModel:
         )
         self.system.keep(x)
         self.system.update(x)
-        self.ledger.open(self.system, x, self.progress.motion.v)
+        self.ledger.open(self.system, self.frames, x, self.progress.motion.v, time)
         self.progress.dt = self.progress.increment_dt = 0.0
         return self.system
 

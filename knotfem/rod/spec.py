@@ -77,7 +77,7 @@ class CylinderSpec:
 
 
 def twist_free_directors(rod: RodSpec) -> np.ndarray:
-    """Director of each segment, those given or ones carried along without twist, and a last row that means nothing, shape [n + 1, 3]."""
+    """Directors of the segments, as given or free of twist, and a last row that means nothing, shape [n + 1, 3]."""
     n = len(rod.points) - 1
     if rod.directors is not None:
         if rod.directors.shape != (n, 3):
