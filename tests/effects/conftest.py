@@ -1,0 +1,102 @@
+"""Rods that touch: two crossing ones, and one on a cylinder."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from specimens import Rod, make_rod, surfaces
+
+from knotfem.effects.contact import Contact
+from knotfem.effects.cylinder import Cylinder, CylinderFriction
+from knotfem.effects.friction import Friction
+from knotfem.effects.penalty import Penalty
+
+LAW = Penalty(stiffness=11.4, ramp=0.2, stick=0.1)
+
+
+@dataclass(eq=False)
+class Crossing:
+    """Two rods, the second turned and laid across the first with a small overlap."""
+
+    rods: list[Rod]
+    x: np.ndarray
+    contact: Contact
+    friction: Friction
+
+    def slip(self, distance: float = 0.03) -> None:
+        """Move every anchor at random by about a distance in mm; some pairs then slide, most stick."""
+        self.contact.update(self.x)
+        self.friction.update(self.x)
+        slices = distance / self.contact.tubes.spacing[0]
+        self.friction.anchors += np.random.default_rng(3).uniform(-slices, slices, self.friction.anchors.shape)
+
+
+def crossed(order: tuple[int, int] = (0, 1), noise: float = 0.02, mu: float = 0.4) -> Crossing:
+    """Rods of different slices and sections; `order` says which is numbered first."""
+    sizes = [(20, 12), (15, 20)]
+    placed = {}
+    for number in (0, 1):
+        slices, section = sizes[number]
+        rod = make_rod(30.0, slices, section=section)
+        x = rod.mesh.nodes - [0.0, 0.0, 15.0]
+        if number == 1:
+            c, s = np.cos(1.2), np.sin(1.2)
+            x = x @ np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]]).T + [5.8, 0.3, 0.7]
+        placed[number] = x + noise * np.random.default_rng(number).standard_normal(x.shape)
+    rods, parts, first = [], [], 0
+    for number in order:
+        slices, section = sizes[number]
+        rods.append(make_rod(30.0, slices, section=section, first=first))
+        parts.append(placed[number])
+        first += len(placed[number])
+    contact = Contact(*surfaces(rods, 0.75), LAW)
+    return Crossing(rods, np.vstack(parts), contact, Friction(contact, np.full((2, 2), mu)))
+
+
+@dataclass(eq=False)
+class Resting:
+    """A rod pressed a little into a cylinder that crosses it at an angle."""
+
+    rod: Rod
+    x: np.ndarray
+    cylinder: Cylinder
+    friction: CylinderFriction
+
+    def slip(self, distance: float = 0.08) -> None:
+        """Move every anchor at random along the cylinder's surface."""
+        self.cylinder.update(self.x)
+        self.friction.update(self.x)
+        self.friction.anchors += np.random.default_rng(3).uniform(-distance, distance, self.friction.anchors.shape)
+
+
+def resting(turn: np.ndarray | None = None, shift: float = 0.0) -> Resting:
+    """Optionally turned and moved as a whole."""
+    Q = np.eye(3) if turn is None else turn
+    rod = make_rod(24.0, 16)
+    x = rod.mesh.nodes + 0.02 * np.random.default_rng(0).standard_normal(rod.mesh.nodes.shape)
+    axis = np.array([0.0, np.cos(0.4), np.sin(0.4)])
+    samples = surfaces([rod], 0.75)[1]
+    cylinder = Cylinder(samples, LAW, Q @ np.array([12.93, 0.4, 12.0]) + shift, Q @ axis, 10.0)
+    return Resting(rod, x @ Q.T + shift, cylinder, CylinderFriction(cylinder, np.array([0.39])))
+
+
+@pytest.fixture
+def crossing() -> Crossing:
+    return crossed()
+
+
+@pytest.fixture
+def rest() -> Resting:
+    return resting()
+
+
+@pytest.fixture
+def make_crossing():
+    return crossed
+
+
+@pytest.fixture
+def make_rest():
+    return resting

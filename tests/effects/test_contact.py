@@ -1,0 +1,152 @@
+import numpy as np
+import pytest
+from derivatives import directional_error, gradient_error, moments, residual, rotation, tangent
+from specimens import make_rod, surfaces
+
+from knotfem.effects.contact import Contact
+from knotfem.effects.penalty import Penalty
+
+
+def test_some_pairs_touch_on_ramp_and_beyond(crossing):
+    crossing.contact.update(crossing.x)
+    gap, ramp = crossing.contact.gap, crossing.contact.law.ramp
+    assert np.count_nonzero(gap < -0.5 * ramp) > 5
+    assert np.count_nonzero((gap > -0.5 * ramp) & (gap < 0.5 * ramp)) > 10
+    assert crossing.contact.penetration == pytest.approx(-gap.min())
+
+
+def test_tangent_is_the_derivative_of_the_residual(crossing):
+    assert directional_error([crossing.contact], crossing.x) < 1e-6
+
+
+def test_upper_storage_equals_the_whole(crossing):
+    whole = tangent([crossing.contact], crossing.x)
+    np.testing.assert_allclose(whole, whole.T, atol=1e-10 * np.abs(whole).max())
+    np.testing.assert_allclose(
+        tangent([crossing.contact], crossing.x, upper=True), whole, atol=1e-10 * np.abs(whole).max()
+    )
+
+
+def test_energy_gradient_is_the_residual(crossing):
+    contact = crossing.contact
+
+    def energy(y: np.ndarray) -> float:
+        contact.update(y)
+        return contact.energy(y)
+
+    f = residual([contact], crossing.x)
+    assert gradient_error(energy, f, crossing.x, step=1e-6) < 1e-6
+    assert contact.merit(crossing.x) == pytest.approx(energy(crossing.x), rel=1e-12)
+
+
+def test_action_equals_reaction(crossing):
+    f = residual([crossing.contact], crossing.x)
+    first = len(crossing.rods[0].mesh.nodes)
+    assert f[:first, 0].sum() > 1.0
+    np.testing.assert_allclose(f.sum(axis=0), 0.0, atol=1e-12 * np.abs(f).sum())
+    np.testing.assert_allclose(moments(crossing.x, f), 0.0, atol=1e-11 * np.abs(f).sum())
+
+
+def test_frame_indifference(crossing):
+    Q = rotation()
+    f = residual([crossing.contact], crossing.x)
+    turned = residual([crossing.contact], crossing.x @ Q.T + [5.0, -8.0, 2.0])
+    np.testing.assert_allclose(turned, f @ Q.T, atol=1e-10 * np.abs(f).max())
+
+
+def test_order_of_the_rods_is_irrelevant(crossing, make_crossing):
+    other = make_crossing((1, 0))
+    f, g = residual([crossing.contact], crossing.x), residual([other.contact], other.x)
+    first = len(crossing.rods[0].mesh.nodes)
+    second = len(other.rods[0].mesh.nodes)
+    np.testing.assert_allclose(g[second:], f[:first], atol=1e-11 * np.abs(f).max())
+    np.testing.assert_allclose(g[:second], f[first:], atol=1e-11 * np.abs(f).max())
+    assert other.contact.energy(other.x) == pytest.approx(crossing.contact.energy(crossing.x), rel=1e-12)
+
+
+def test_reported_forces_add_up(crossing):
+    crossing.contact.update(crossing.x)
+    f = residual([crossing.contact], crossing.x)
+    assert crossing.contact.force.sum() > np.abs(f[: len(crossing.rods[0].mesh.nodes)].sum(axis=0)).max()
+    slaves = crossing.contact.samples.rod[crossing.contact.pairs[:, 0]]
+    halves = [crossing.contact.force[slaves == rod].sum() for rod in (0, 1)]
+    assert halves[0] == pytest.approx(halves[1], rel=0.05)
+
+
+def test_rods_apart_exert_nothing(crossing):
+    x = crossing.x.copy()
+    x[len(crossing.rods[0].mesh.nodes) :, 0] += 0.5
+    assert np.abs(residual([crossing.contact], x)).max() == 0.0
+    assert crossing.contact.penetration == 0.0
+
+
+def test_neighbours_on_a_strand_are_not_pairs():
+    rod = make_rod(40.0, 20)
+    contact = Contact(*surfaces([rod], 0.75), Penalty(11.4, 0.2, 0.1))
+    contact.update(rod.mesh.nodes)
+    assert contact.pairs.shape == (0, 2)
+
+
+def test_a_strand_meets_itself():
+    rod = make_rod(60.0, 40)
+    bend = np.pi / 20.0
+    angle = np.clip(rod.mesh.nodes[:, 2] - 20.0, 0.0, 20.0) * bend
+    radius = 20.0 / np.pi
+    before = np.minimum(rod.mesh.nodes[:, 2], 20.0)
+    after = np.maximum(rod.mesh.nodes[:, 2] - 40.0, 0.0)
+    x = np.stack(
+        [
+            radius - (radius - rod.mesh.nodes[:, 0]) * np.cos(angle),
+            rod.mesh.nodes[:, 1],
+            before + (radius - rod.mesh.nodes[:, 0]) * np.sin(angle) - after,
+        ],
+        axis=1,
+    )
+    half = rod.mesh.nodes[:, 2] > 30.0
+    x[half, 0] -= np.clip((rod.mesh.nodes[half, 2] - 40.0) / 20.0, 0.0, 1.0) * (2.0 * radius - 5.95)
+    contact = Contact(*surfaces([rod], 0.75), Penalty(11.4, 0.2, 0.1))
+    f = residual([contact], x)
+    sections = rod.mesh.nodes[:, 2]
+    assert f[sections < 20.0, 0].sum() > 0.1
+    np.testing.assert_allclose(f.sum(axis=0), 0.0, atol=1e-12)
+    assert directional_error([contact], x) < 1e-6
+
+
+def test_search_finds_the_same_as_following_the_pairs(crossing):
+    contact, x = crossing.contact, crossing.x
+    contact.update(x)
+    searches = contact.generation
+    moved = x.copy()
+    moved[len(crossing.rods[0].mesh.nodes) :, 2] += 0.3
+    followed = residual([contact], moved)
+    assert contact.generation == searches
+    contact.search(moved)
+    np.testing.assert_allclose(residual([contact], moved), followed, atol=1e-9)
+
+
+def test_predictor_may_not_close_a_pair_by_more_than_half_a_millimetre(crossing):
+    contact = crossing.contact
+    x = crossing.x.copy()
+    x[len(crossing.rods[0].mesh.nodes) :, 0] += 0.3
+    contact.update(x)
+    move = np.zeros_like(x)
+    move[len(crossing.rods[0].mesh.nodes) :, 0] = -2.0
+    fraction = contact.admissible(x, move)
+    assert fraction < 0.5
+    assert contact.admissible(x, 0.05 * move) == 1.0
+    assert contact.admissible(x, -move) == 1.0
+
+
+def test_memory_goes_round_to_the_bit(crossing):
+    contact, x = crossing.contact, crossing.x
+    before = residual([contact], x)
+    contact.accept(x)
+    memory = contact.memory()
+    away = x.copy()
+    away[len(crossing.rods[0].mesh.nodes) :, 2] += 4.0
+    contact.update(away)
+    contact.accept(away)
+    contact.recall(memory)
+    assert residual([contact], x).tobytes() == before.tobytes()
+    for name, value in contact.memory().items():
+        assert value.tobytes() == memory[name].tobytes(), name

@@ -1,0 +1,126 @@
+import numpy as np
+import pytest
+from derivatives import directional_error, gradient_error, residual, rotation, tangent
+from specimens import make_rod, surfaces
+
+from knotfem.effects.cylinder import Cylinder
+from knotfem.effects.penalty import Penalty
+
+
+def test_tangent_is_the_derivative_of_the_residual(rest):
+    assert directional_error([rest.cylinder], rest.x) < 1e-6
+
+
+@pytest.mark.parametrize("distance", [0.0, 0.08, 0.3])
+def test_friction_tangent_is_the_derivative_of_the_residual(rest, distance):
+    rest.slip(distance)
+    assert directional_error([rest.cylinder, rest.friction], rest.x) < 1e-5
+
+
+def test_upper_storage_equals_the_whole(rest):
+    whole = tangent([rest.cylinder], rest.x)
+    np.testing.assert_allclose(whole, whole.T, atol=1e-12 * np.abs(whole).max())
+    np.testing.assert_allclose(tangent([rest.cylinder], rest.x, upper=True), whole, atol=1e-12 * np.abs(whole).max())
+
+
+def test_energy_gradient_is_the_residual(rest):
+    cylinder = rest.cylinder
+
+    def energy(y: np.ndarray) -> float:
+        cylinder.update(y)
+        return cylinder.energy(y)
+
+    f = residual([cylinder], rest.x)
+    assert gradient_error(energy, f, rest.x, step=1e-6) < 1e-6
+    assert cylinder.merit(rest.x) == pytest.approx(energy(rest.x), rel=1e-12)
+
+
+def test_forces_point_away_from_the_axis(rest):
+    f = residual([rest.cylinder], rest.x)
+    cylinder = rest.cylinder
+    assert cylinder.penetration > 0.05
+    assert f.sum(axis=0) @ np.array([1.0, 0.0, 0.0]) > 1.0
+    assert abs(f.sum(axis=0) @ cylinder.axis) < 1e-12
+    moment = np.cross(rest.x - cylinder.origin, f).sum(axis=0)
+    assert abs(moment @ cylinder.axis) < 1e-10
+    assert cylinder.force.sum() >= np.linalg.norm(f.sum(axis=0))
+
+
+def test_frame_indifference(rest, make_rest):
+    Q = rotation()
+    turned = make_rest(Q, 4.0)
+    f = residual([rest.cylinder], rest.x)
+    np.testing.assert_allclose(residual([turned.cylinder], turned.x), f @ Q.T, atol=1e-11 * np.abs(f).max())
+    rest.slip()
+    turned.cylinder.update(turned.x)
+    turned.friction.update(turned.x)
+    turned.friction.anchors[:] = rest.friction.anchors @ Q.T + 4.0
+    f = residual([rest.cylinder, rest.friction], rest.x)
+    g = residual([turned.cylinder, turned.friction], turned.x)
+    np.testing.assert_allclose(g, f @ Q.T, atol=1e-10 * np.abs(f).max())
+
+
+def test_gap_is_the_distance_from_the_axis_less_the_radius(rest):
+    cylinder = rest.cylinder
+    cylinder.update(rest.x)
+    p = cylinder.points[cylinder.touching] - cylinder.origin
+    distance = np.linalg.norm(np.cross(p, cylinder.axis), axis=1) - cylinder.radius
+    np.testing.assert_allclose(cylinder.gap, distance, atol=1e-12)
+    assert distance.max() < 2.0
+
+
+def test_pressed_evenly_the_force_is_pressure_times_area():
+    """A rod parallel to the cylinder's axis: the gap at every angle is known."""
+    rod = make_rod(12.0, 8, section=104, match_bending=False)
+    samples = surfaces([rod], 0.2)[1]
+    cylinder = Cylinder(samples, Penalty(11.4, 0.2, 0.1), np.array([12.8, 0.0, 0.0]), np.array([0.0, 0.0, 1.0]), 10.0)
+    f = residual([cylinder], rod.mesh.nodes)
+    angle = np.linspace(-np.pi, np.pi, 20001)
+    surface = 3.0 * np.stack([np.cos(angle), np.sin(angle)], axis=1) - [12.8, 0.0]
+    distance = np.linalg.norm(surface, axis=1)
+    overlap = 0.1 - (distance - 10.0)
+    pressure = np.where(overlap < 0.0, 0.0, np.where(overlap < 0.2, overlap**2 / 0.4, overlap - 0.1))
+    expected = -11.4 * 12.0 * 3.0 * np.trapezoid(pressure * surface[:, 0] / distance, angle)
+    assert f[:, 0].sum() == pytest.approx(expected, rel=0.01)
+    per_section = f[rod.sections, 0].sum(axis=1)
+    np.testing.assert_allclose(per_section[3:-3], f[:, 0].sum() * 1.5 / 12.0, rtol=1e-9)
+
+
+def test_sliding_traction_is_mu_times_pressure(rest):
+    rest.slip(0.0)
+    rest.friction.anchors += 2.0 * rest.cylinder.axis
+    residual([rest.cylinder, rest.friction], rest.x)
+    touching = rest.cylinder.force > 0.0
+    traction = rest.friction.traction[touching]
+    np.testing.assert_allclose(np.linalg.norm(traction, axis=1), 0.39 * rest.cylinder.force[touching], rtol=1e-12)
+    assert (traction @ rest.cylinder.axis > 0.0).all()
+    assert rest.friction.sliding == np.count_nonzero(touching)
+
+
+def test_sliding_anchors_follow_at_the_stick_distance_on_the_surface(rest):
+    cylinder, friction = rest.cylinder, rest.friction
+    rest.slip(0.0)
+    friction.anchors += 0.5 * cylinder.axis
+    residual([cylinder, friction], rest.x)
+    sliding = friction.slip > cylinder.law.stick
+    free = cylinder.force == 0.0
+    friction.accept(rest.x)
+    p = friction.anchors - cylinder.origin
+    np.testing.assert_allclose(np.linalg.norm(np.cross(p, cylinder.axis), axis=1)[sliding | free], 10.0, rtol=1e-12)
+    residual([cylinder, friction], rest.x)
+    np.testing.assert_allclose(friction.slip[sliding], cylinder.law.stick, rtol=1e-3)
+    stuck = friction.anchors[sliding].copy()
+    friction.accept(rest.x)
+    np.testing.assert_allclose(friction.anchors[sliding], stuck, atol=1e-4)
+
+
+def test_memory_goes_round_to_the_bit(rest):
+    cylinder, friction, x = rest.cylinder, rest.friction, rest.x
+    rest.slip()
+    before = residual([cylinder, friction], x)
+    memory = cylinder.memory(), friction.memory()
+    residual([cylinder, friction], x + 0.5)
+    friction.accept(x + 0.5)
+    cylinder.recall(memory[0])
+    friction.recall(memory[1])
+    assert residual([cylinder, friction], x).tobytes() == before.tobytes()

@@ -1,0 +1,183 @@
+import numpy as np
+import pytest
+from derivatives import directional_error, gradient_error, moments, residual, rotation, tangent
+from specimens import make_rod, moduli
+
+from knotfem.effects.elasticity import Elasticity
+from knotfem.effects.stress import stress_state
+
+ELEMENTS = ["hex8", "hex8-reduced"]
+
+
+def settle(bulk: Elasticity, x: np.ndarray) -> None:
+    """Give the pressures the values that belong to x."""
+    bulk.assemble(x, np.zeros_like(x), None)
+    bulk.increment(np.zeros_like(x))
+    bulk.advance(1.0)
+
+
+def strained(element: str, poisson: float = 0.4999, amplitude: float = 0.08) -> tuple[Elasticity, np.ndarray]:
+    rod = make_rod(6.0, 4, element=element, poisson=poisson)
+    x = rod.mesh.nodes @ (np.eye(3) + 0.1 * np.random.default_rng(0).standard_normal((3, 3)))
+    x = x + amplitude * np.random.default_rng(1).standard_normal(x.shape)
+    settle(rod.bulk, x)
+    return rod.bulk, x
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+@pytest.mark.parametrize("poisson", [0.3, 0.4999])
+def test_tangent_is_the_derivative_of_the_residual(element, poisson):
+    bulk, x = strained(element, poisson)
+    assert directional_error([bulk], x) < 1e-7
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_pressure_enters_the_tangent_by_its_own_geometric_stiffness(element):
+    bulk, x = strained(element)
+    extra = np.random.default_rng(3).standard_normal(bulk.pressure.shape)
+    before = tangent([bulk], x)
+    bulk.pressure += extra
+    change = tangent([bulk], x) - before
+
+    def pressure_forces(y: np.ndarray) -> np.ndarray:
+        F = np.einsum("sqai,qgak->sqgik", y[bulk.elements], bulk.formulation.grads)
+        cofactor = np.linalg.det(F)[..., None, None] * np.linalg.inv(F).swapaxes(-1, -2)
+        w = bulk.formulation.weights
+        nodal = np.einsum("sqm,sqgik,qgak,qg->sqai", extra, cofactor, bulk.formulation.grads, w)
+        force = np.zeros_like(y)
+        np.add.at(force, bulk.elements, nodal)
+        return force
+
+    d = np.random.default_rng(4).standard_normal(x.shape)
+    expected = (pressure_forces(x + 1e-6 * d) - pressure_forces(x - 1e-6 * d)) / 2e-6
+    found = (change @ d.ravel()).reshape(-1, 3)
+    np.testing.assert_allclose(found, expected, atol=1e-7 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_residual_does_not_depend_on_the_pressure_carried_along(element):
+    bulk, x = strained(element)
+    before = residual([bulk], x)
+    bulk.pressure += 1.0
+    np.testing.assert_allclose(residual([bulk], x), before, atol=1e-13 * np.abs(before).max())
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_pressure_increment_solves_the_linearised_constraint(element):
+    bulk, x = strained(element)
+    bulk.pressure += 0.3
+    bulk.assemble(x, np.zeros_like(x), None)
+    d = 1e-6 * np.random.default_rng(8).standard_normal(x.shape)
+    bulk.increment(d)
+    bulk.advance(1.0)
+    found = bulk.pressure.copy()
+    settle(bulk, x + d)
+    np.testing.assert_allclose(found, bulk.pressure, atol=1e-6 * np.abs(bulk.pressure).max())
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_upper_storage_equals_the_whole(element):
+    bulk, x = strained(element)
+    whole = tangent([bulk], x)
+    np.testing.assert_allclose(whole, whole.T, atol=1e-12 * np.abs(whole).max())
+    np.testing.assert_allclose(tangent([bulk], x, upper=True), whole, atol=1e-12 * np.abs(whole).max())
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_forces_and_moments_balance(element):
+    bulk, x = strained(element)
+    f = residual([bulk], x)
+    scale = np.abs(f).max()
+    np.testing.assert_allclose(f.sum(axis=0), 0.0, atol=1e-12 * scale)
+    np.testing.assert_allclose(moments(x, f), 0.0, atol=1e-11 * scale)
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_frame_indifference(element):
+    bulk, x = strained(element)
+    Q = rotation()
+    f = residual([bulk], x)
+    np.testing.assert_allclose(residual([bulk], x @ Q.T + [30.0, -4.0, 9.0]), f @ Q.T, atol=1e-10 * np.abs(f).max())
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_rigid_motion_is_free_of_force_and_energy(element):
+    bulk = make_rod(6.0, 4, element=element).bulk
+    x = make_rod(6.0, 4).mesh.nodes @ rotation().T + 5.0
+    assert np.abs(residual([bulk], x)).max() < 1e-10
+    settle(bulk, x)
+    assert abs(bulk.energy(x)) < 1e-12
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_energy_gradient_is_the_residual(element):
+    bulk, x = strained(element)
+
+    def energy(y: np.ndarray) -> float:
+        settle(bulk, y)
+        return bulk.energy(y)
+
+    f = residual([bulk], x)
+    assert gradient_error(energy, f, x) < 1e-7
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+@pytest.mark.parametrize("poisson", [0.3, 0.4999])
+def test_homogeneous_strain_has_the_closed_form_energy_and_stress(element, poisson):
+    rod = make_rod(5.0, 3, element=element, poisson=poisson, youngs=1.4)
+    bulk = rod.bulk
+    G, kappa = moduli(1.4, poisson)
+    F = np.eye(3) + 0.15 * np.random.default_rng(2).standard_normal((3, 3))
+    x = rod.mesh.nodes @ F.T
+    settle(bulk, x)
+    J = np.linalg.det(F)
+    volume = 3 * bulk.formulation.weights.sum()
+    density = 0.5 * G * (J ** (-2 / 3) * np.sum(F * F) - 3.0) + 0.5 * kappa * (J - 1.0) ** 2
+    assert bulk.energy(x) == pytest.approx(volume * density, rel=1e-12)
+    b = F @ F.T
+    cauchy = G * J ** (-5 / 3) * (b - np.trace(b) / 3 * np.eye(3)) + kappa * (J - 1.0) * np.eye(3)
+    state = stress_state(x, bulk)
+    np.testing.assert_allclose(state.cauchy, np.broadcast_to(cauchy, state.cauchy.shape), rtol=1e-9, atol=1e-9)
+    largest = 0.5 * np.log(np.linalg.eigvalsh(F.T @ F)[-1])
+    np.testing.assert_allclose(state.largest_principal_strain, largest, rtol=1e-12)
+    assert bulk.smallest_j == pytest.approx(J)
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_stresses_at_the_integration_points_make_the_nodal_forces(element):
+    bulk, x = strained(element)
+    state = stress_state(x, bulk)
+    nodal = np.einsum("sqgik,qgak,qg->sqai", state.first_piola, bulk.formulation.grads, state.weights)
+    force = np.zeros_like(x)
+    np.add.at(force, bulk.elements, nodal)
+    f = residual([bulk], x)
+    np.testing.assert_allclose(force, f, atol=1e-11 * np.abs(f).max())
+
+
+def test_elements_keep_their_volume_when_nearly_incompressible():
+    bulk, x = strained("hex8", poisson=0.49999, amplitude=0.0)
+    theta = 1.0 + bulk.pressure[..., 0] / moduli(1.25, 0.49999)[1]
+    J = np.linalg.det(np.einsum("sqai,qgak->sqgik", x[bulk.elements], bulk.formulation.grads))
+    mean = np.einsum("sqg,qg->sq", J, bulk.formulation.weights) / bulk.formulation.weights.sum(axis=1)
+    np.testing.assert_allclose(theta, mean, rtol=1e-12)
+
+
+def test_merit_refuses_inverted_elements():
+    rod = make_rod(6.0, 4)
+    x = rod.mesh.nodes.copy()
+    x[:, 2] *= -1.0
+    assert rod.bulk.merit(x) == np.inf
+    assert np.isfinite(rod.bulk.merit(rod.mesh.nodes))
+
+
+def test_memory_goes_round_to_the_bit():
+    bulk, x = strained("hex8")
+    memory = bulk.memory()
+    kept = bulk.pressure.tobytes()
+    settle(bulk, 1.01 * x)
+    assert bulk.pressure.tobytes() != kept
+    bulk.recall(memory)
+    assert bulk.pressure.tobytes() == kept
+    bulk.pressure += 1.0
+    bulk.recall(memory)
+    assert bulk.pressure.tobytes() == kept

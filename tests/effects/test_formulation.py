@@ -1,0 +1,34 @@
+import numpy as np
+import pytest
+from derivatives import tangent
+from specimens import make_rod, shipped_section
+
+from knotfem.effects.formulation import make_formulation, names
+from knotfem.errors import InputError
+
+
+@pytest.mark.parametrize("element", ["hex8", "hex8-reduced"])
+def test_gradients_reproduce_linear_fields_and_weights_the_volume(element):
+    section = shipped_section(44)
+    quads = section.points[section.quads]
+    form = make_formulation(element, quads, 0.7)
+    corners = np.concatenate([np.concatenate([quads, np.full((44, 4, 1), z)], axis=2) for z in (0.0, 0.7)], axis=1)
+    gradient = np.einsum("qai,qgak->qgik", corners, form.grads)
+    np.testing.assert_allclose(gradient, np.broadcast_to(np.eye(3), gradient.shape), atol=1e-12)
+    sides = section.sides
+    assert form.weights.sum() == pytest.approx(0.7 * 0.5 * sides * np.sin(2 * np.pi / sides), rel=1e-12)
+    np.testing.assert_allclose(form.shapes.sum(axis=1), 1.0)
+
+
+@pytest.mark.parametrize("element", ["hex8", "hex8-reduced"])
+def test_only_rigid_motions_are_free(element):
+    rod = make_rod(4.0, 2, element=element)
+    values = np.linalg.eigvalsh(tangent([rod.bulk], rod.mesh.nodes))
+    assert values[5] < 1e-9 * values[-1]
+    assert values[6] > 1e-6 * values[-1]
+
+
+def test_unknown_names_are_refused():
+    assert names() == ["hex8", "hex8-reduced"]
+    with pytest.raises(InputError, match="hex20"):
+        make_formulation("hex20", np.zeros((1, 4, 2)), 1.0)

@@ -1,0 +1,168 @@
+import numpy as np
+import pytest
+from derivatives import directional_error, moments, residual, rotation, tangent
+
+from knotfem.effects.friction import Friction
+from knotfem.solver.effect import Motion, StepStart
+
+
+@pytest.fixture
+def slipped(crossing):
+    crossing.slip()
+    return crossing
+
+
+def test_some_pairs_stick_and_some_slide(slipped):
+    residual([slipped.contact, slipped.friction], slipped.x)
+    touching = slipped.contact.force > 0.0
+    slip = slipped.friction.slip[touching]
+    assert np.count_nonzero(slip < 0.1) > 10
+    slipped.slip(0.3)
+    residual([slipped.contact, slipped.friction], slipped.x)
+    assert slipped.friction.sliding > 10
+
+
+@pytest.mark.parametrize("distance", [0.02, 0.3])
+def test_tangent_is_the_derivative_of_the_residual(crossing, distance):
+    crossing.slip(distance)
+    assert directional_error([crossing.contact, crossing.friction], crossing.x) < 1e-5
+
+
+def test_keys_cover_anchors_far_behind(crossing):
+    crossing.slip(0.0)
+    crossing.friction.anchors[:, 0] += 4.0
+    assert directional_error([crossing.contact, crossing.friction], crossing.x) < 1e-5
+
+
+def test_forces_balance_and_moments_up_to_the_gap(slipped):
+    f = residual([slipped.contact, slipped.friction], slipped.x)
+    size = np.linalg.norm(slipped.friction.traction, axis=1).sum()
+    assert size > 0.05
+    np.testing.assert_allclose(f.sum(axis=0), 0.0, atol=1e-12 * size)
+    largest_gap = np.abs(slipped.contact.gap[slipped.contact.force > 0.0]).max()
+    assert np.linalg.norm(moments(slipped.x, f)) < 1.05 * largest_gap * size
+
+
+def test_frame_indifference(slipped):
+    Q = rotation()
+    f = residual([slipped.contact, slipped.friction], slipped.x)
+    slipped.contact.search(slipped.x)
+    slipped.friction.update(slipped.x)
+    turned = slipped.x @ Q.T + [5.0, -8.0, 2.0]
+    g = residual([slipped.contact, slipped.friction], turned)
+    np.testing.assert_allclose(g, f @ Q.T, atol=1e-8 * np.abs(f).max())
+
+
+def test_rigid_rolling_along_does_no_work(slipped):
+    rate = np.array([0.3, -0.2, 0.5])
+    f = residual([slipped.contact, slipped.friction], slipped.x)
+    scale = np.abs(f).sum()
+    assert abs(np.sum(f * rate)) < 1e-12 * scale
+
+
+def test_order_of_the_rods_is_irrelevant(make_crossing):
+    results = []
+    for order in ((0, 1), (1, 0)):
+        c = make_crossing(order)
+        c.contact.update(c.x)
+        c.friction.update(c.x)
+        c.friction.anchors[:, 0] += 0.02
+        c.friction.anchors[:, 1] -= 0.01
+        f = residual([c.contact, c.friction], c.x)
+        split = len(c.rods[0].mesh.nodes)
+        results.append((f[:split], f[split:]) if order == (0, 1) else (f[split:], f[:split]))
+    scale = np.abs(results[0][0]).max()
+    for first, second in zip(*results, strict=True):
+        np.testing.assert_allclose(first, second, atol=1e-9 * scale)
+
+
+def test_sliding_traction_is_mu_times_pressure_against_the_slip(crossing):
+    crossing.slip(0.0)
+    crossing.friction.anchors[:, 0] -= 1.0
+    residual([crossing.contact, crossing.friction], crossing.x)
+    touching = crossing.contact.force > 0.0
+    size = np.linalg.norm(crossing.friction.traction[touching], axis=1)
+    np.testing.assert_allclose(size, 0.4 * crossing.contact.force[touching], rtol=1e-12)
+
+
+def test_without_slip_there_is_no_traction(crossing):
+    crossing.slip(0.0)
+    assert np.abs(residual([crossing.contact, crossing.friction], crossing.x)).max() < 1e-12
+
+
+def test_sliding_anchors_follow_at_the_stick_distance_and_free_ones_at_the_closest_point(crossing):
+    crossing.slip(0.0)
+    contact, friction = crossing.contact, crossing.friction
+    friction.anchors[:, 0] -= 0.5
+    residual([contact, friction], crossing.x)
+    free = contact.force == 0.0
+    sliding = friction.slip > contact.law.stick
+    assert sliding.any()
+    assert free.any()
+    friction.accept(crossing.x)
+    np.testing.assert_array_equal(friction.anchors[free], contact.uv[free])
+    residual([contact, friction], crossing.x)
+    np.testing.assert_allclose(friction.slip[sliding], contact.law.stick, rtol=0.02)
+
+
+def test_sticking_anchors_never_creep(slipped):
+    contact, friction = slipped.contact, slipped.friction
+    friction.anchors[:] = contact.uv
+    friction.anchors[:, 0] += 0.01
+    residual([contact, friction], slipped.x)
+    stuck = (contact.force > 0.0) & (friction.slip > 0.0)
+    assert stuck.any()
+    before = friction.anchors[stuck].copy()
+    for _ in range(100):
+        friction.accept(slipped.x)
+    np.testing.assert_array_equal(friction.anchors[stuck], before)
+
+
+def test_anchors_survive_a_new_search(slipped):
+    contact, friction = slipped.contact, slipped.friction
+    f = residual([contact, friction], slipped.x)
+    contact.search(slipped.x)
+    np.testing.assert_allclose(residual([contact, friction], slipped.x), f, atol=1e-9 * np.abs(f).max())
+
+
+def test_factor_scales_the_coefficient(slipped):
+    contact = slipped.contact
+    friction = Friction(contact, np.full((2, 2), 0.4), factor=lambda time: 0.5 * time)
+    slipped.friction.update(slipped.x)
+    start = StepStart(Motion.at_rest(slipped.x), 1.0)
+    friction.update(slipped.x)
+    friction.anchors = slipped.friction.anchors.copy()
+    friction.begin(start)
+    half = residual([contact, friction], slipped.x)
+    whole = residual([contact, slipped.friction], slipped.x)
+    np.testing.assert_allclose(half, 0.5 * whole, atol=1e-13)
+
+
+def test_potential_gives_the_friction_at_fixed_normal_force(crossing):
+    """In the limit of a gap that does not change, the merit's slope is the residual."""
+    crossing.slip(0.02)
+    contact, friction, x = crossing.contact, crossing.friction, crossing.x
+    f = residual([contact, friction], x)
+    d = np.zeros_like(x)
+    d[len(crossing.rods[0].mesh.nodes) :, 1:] = [0.6, 0.8]
+    slope = (friction.merit(x + 1e-6 * d) - friction.merit(x - 1e-6 * d)) / 2e-6
+    assert slope == pytest.approx(float(np.sum(f * d)), rel=0.05)
+
+
+def test_unsymmetric_systems_are_stored_whole(slipped):
+    assert not slipped.friction.symmetric
+    matrix = tangent([slipped.contact, slipped.friction], slipped.x)
+    assert np.abs(matrix - matrix.T).max() > 1e-3 * np.abs(matrix).max()
+
+
+def test_memory_goes_round_to_the_bit(slipped):
+    contact, friction, x = slipped.contact, slipped.friction, slipped.x
+    before = residual([contact, friction], x)
+    memory = contact.memory(), friction.memory()
+    away = x.copy()
+    away[len(slipped.rods[0].mesh.nodes) :, 2] += 2.0
+    residual([contact, friction], away)
+    friction.accept(away)
+    contact.recall(memory[0])
+    friction.recall(memory[1])
+    assert residual([contact, friction], x).tobytes() == before.tobytes()
