@@ -75,6 +75,8 @@ class GeneralisedAlpha(Scheme):
 
     def velocity(self, x: np.ndarray, start: StepStart) -> np.ndarray:
         m, dt = start.motion, start.dt
+        if dt == 0.0:
+            return m.v
         return m.v + dt * ((1.0 - self.gamma) * m.a + self.gamma * self.acceleration(x, start))
 
     def velocity_rate(self, dt: float) -> float:

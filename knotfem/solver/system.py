@@ -90,8 +90,15 @@ class System:
         self._start_residual: np.ndarray | None = None
 
     def begin(self, start: StepStart) -> None:
-        """A step sets out."""
+        """A step sets out.
+
+        Where the scheme weighs in the residual it sets out with, that is of a step of no length: loads and speeds are
+        then those of the accepted state, whatever was tried since.
+        """
         if self.scheme.alpha_f > 0.0:
+            here = StepStart(start.motion, 0.0)
+            for effect in self.effects:
+                effect.begin(here)
             self._start_residual = self._static(start.motion.x, None)[0]
         for effect in self.effects:
             effect.begin(start)
