@@ -11,6 +11,10 @@ NEIGHBOUR_ARC_OVER_RADIUS = 3.2
 """Strands of one rod closer along the arc than this many radii are not looked at."""
 
 
+SWOLLEN = 1.25
+"""Sections may swell by bending and squeezing up to this share of their radius."""
+
+
 @njit(cache=True)
 def _start_angle(x, tubes, axis_node, rod, section, p):
     """Boundary node of a section that lies most in the direction of p."""
@@ -25,6 +29,19 @@ def _start_angle(x, tubes, axis_node, rod, section, p):
         if value > best:
             best, angle = value, b
     return angle
+
+
+@njit(cache=True)
+def _distance(x, axis, start, count, j, p):
+    """Distance of p from the edges of a centreline near section j, their lines going on for one edge."""
+    nearest = np.inf
+    for k in range(max(j - 3, 0), min(j + 3, count - 1)):
+        a, b = axis[start + k], axis[start + k + 1]
+        e0, e1, e2 = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
+        q0, q1, q2 = p[0] - x[a, 0], p[1] - x[a, 1], p[2] - x[a, 2]
+        t = min(max((q0 * e0 + q1 * e1 + q2 * e2) / (e0 * e0 + e1 * e1 + e2 * e2), -1.0), 2.0)
+        nearest = min(nearest, (q0 - t * e0) ** 2 + (q1 - t * e1) ** 2 + (q2 - t * e2) ** 2)
+    return np.sqrt(nearest)
 
 
 @njit(cache=True)
@@ -84,10 +101,14 @@ def find_pairs(
                 for m in range(count):
                     j = found[m]
                     node = axis[axis_start[master] + j]
+                    wide = radius[master] + cutoff + spacing[slave] + spacing[master]
+                    far = SWOLLEN * radius[master] + cutoff
                     for s in range(first, last):
                         p = points[s]
                         d2 = (p[0] - x[node, 0]) ** 2 + (p[1] - x[node, 1]) ** 2 + (p[2] - x[node, 2]) ** 2
-                        if d2 > (radius[master] + cutoff + spacing[slave] + spacing[master]) ** 2:
+                        if d2 > wide * wide:
+                            continue
+                        if _distance(x, axis, axis_start[master], sections[master], j, p) > far:
                             continue
                         start = _start_angle(x, tubes, node, master, j, p)
                         u, v, inside = project(x, tubes, master, p, float(j), float(start), W, nodes, S, q)

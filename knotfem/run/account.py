@@ -57,7 +57,7 @@ class Balance:
         imbalance: size of the sum of all external forces, drag and inertia not counted [N].
         drag_force: size of the sum of the drag [N].
         unrest: largest running sum of drag and inertia from section to section: what static balance lacks [N].
-        reactions: force of each support on the rod, by label [N].
+        reactions: force on each end that is held, driven or loaded, by label [N].
     """
 
     force: float
@@ -77,6 +77,7 @@ class Account:
     def __init__(self, model: Model) -> None:
         self.model = model
         self.energies = Energies()
+        self.end_forces: dict[str, list[float]] = {}
         self._forces: dict[str, np.ndarray] | None = None
 
     def open(self, x: np.ndarray, v: np.ndarray, *, anew: bool) -> None:
@@ -133,12 +134,16 @@ class Account:
         for name in EXTERNAL:
             if name in forces:
                 external = external - forces[name].sum(axis=0)
+        on_ends = {**reactions}
+        for label, nodes, _ in step.drives:
+            if label not in on_ends:
+                on_ends[label] = -forces["load"][nodes].sum(axis=0)
+        self.end_forces = {label: value.tolist() for label, value in on_ends.items()}
         force = displacement = 0.0
         if step.drives:
             label, nodes, direction = step.drives[0]
             displacement = float((x[nodes] - origin[nodes]).mean(axis=0) @ direction)
-            pulled = reactions[label] if label in reactions else -forces["load"][nodes].sum(axis=0)
-            force = float(pulled @ direction)
+            force = float(on_ends[label] @ direction)
         contacts = [c for name in ("contact", "cylinder") for c in self.model.named(name)]
         rubbing = [f for name in ("friction", "cylinder friction") for f in self.model.named(name)]
         return Balance(
@@ -150,7 +155,7 @@ class Account:
             float(np.linalg.norm(external)),
             float(np.linalg.norm(forces["drag"].sum(axis=0))) if "drag" in forces else 0.0,
             self._unrest(forces),
-            {label: [float(c) for c in value] for label, value in reactions.items()},
+            dict(self.end_forces),
         )
 
     def _unrest(self, forces: dict[str, np.ndarray]) -> float:
@@ -162,9 +167,9 @@ class Account:
 
     def state(self) -> dict:
         """For a checkpoint."""
-        return {"energies": asdict(self.energies), "forces": self._forces}
+        return {"energies": asdict(self.energies), "forces": self._forces, "end_forces": self.end_forces}
 
     def restore(self, state: dict) -> None:
         """From a checkpoint."""
         self.energies = Energies(**state["energies"])
-        self._forces = state["forces"]
+        self._forces, self.end_forces = state["forces"], state["end_forces"]

@@ -247,11 +247,14 @@ class Driver:
         )
 
     def _forces_before(self) -> dict[str, float]:
-        """Force of each loaded end at the end of the step before."""
-        if self.next_step == 0:
-            return {}
-        ends = self.scene.steps[self.next_step - 1].all_ends()
-        return {f"{rod}.{side}": end.force for (rod, side), end in ends.items() if isinstance(end, Loaded)}
+        """Force on each end in the direction in which the coming step loads it."""
+        step = self.scene.steps[self.next_step]
+        ends = {f"{rod}.{side}": end for (rod, side), end in step.all_ends().items() if isinstance(end, Loaded)}
+        forces = {}
+        for label, end in ends.items():
+            direction = np.array(end.direction) / np.linalg.norm(end.direction)
+            forces[label] = float(np.array(self.account.end_forces.get(label, (0.0, 0.0, 0.0))) @ direction)
+        return forces
 
     def _check_held(self, step: Step) -> None:
         if not step.must_hold or self.knots_before is None:
