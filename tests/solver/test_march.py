@@ -1,0 +1,154 @@
+import copy
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from specimens import make_rod, surfaces
+
+from knotfem.effects.cylinder import Cylinder, CylinderFriction
+from knotfem.effects.inertia import Drag, Inertia
+from knotfem.effects.load import driven
+from knotfem.effects.penalty import Penalty
+from knotfem.errors import NotConverged
+from knotfem.solver.effect import Motion
+from knotfem.solver.linear import make_solver
+from knotfem.solver.march import March, Progress, StepControl
+from knotfem.solver.newton import NewtonSettings
+from knotfem.solver.schemes import BackwardEuler, Scheme
+from knotfem.solver.system import System
+
+CONTROL = StepControl(first=0.1, smallest=1e-3, largest=0.4, move=10.0)
+ORIGIN = np.zeros((1, 3))
+ONE = np.zeros(1, dtype=int)
+
+
+def point(spring, push, control=CONTROL, stops=(1.0,), refuses=lambda start: False, force=3.0) -> March:
+    """A point on a spring, pulled by a force that grows with time."""
+    effects = [spring(1.0), push(lambda time: np.array([force * time, 0.0, 0.0]), refuses)]
+    system = System(effects, 1, make_solver("superlu"), Scheme())
+    settings = NewtonSettings(largest_move=100.0)
+    return March(system, Progress.at(Motion.at_rest(ORIGIN)), control, settings, ONE, np.array(stops))
+
+
+def test_arrives_exactly_at_every_stop(spring, push):
+    stops = (0.25, 0.37, 0.8, 1.0)
+    taken = list(point(spring, push, stops=stops))
+    arrived = [step.motion.time for step in taken if step.arrived]
+    assert len(arrived) == 4
+    np.testing.assert_allclose(arrived, stops, rtol=1e-14)
+    assert all(step.start.dt <= CONTROL.largest * (1 + 1e-12) for step in taken)
+    np.testing.assert_allclose([step.motion.x[0, 0] for step in taken], [3.0 * s.motion.time for s in taken])
+
+
+def test_steps_follow_one_another(spring, push):
+    taken = list(point(spring, push))
+    for before, after in pairwise(taken):
+        assert after.start.motion is before.motion
+    assert taken[-1].motion.time == pytest.approx(1.0, rel=1e-14)
+
+
+def test_easy_steps_grow_and_are_not_shrunk_by_a_short_last_one(spring, push):
+    march = point(spring, push, stops=(0.24, 10.0))
+    steps = [step.start.dt for step in march]
+    np.testing.assert_allclose(steps[:2], [0.1, 0.14])
+    assert steps[2] == pytest.approx(0.14 * 1.4)
+    assert max(steps) == pytest.approx(0.4)
+
+
+def test_aims_at_a_largest_move(spring, push):
+    march = point(spring, push, StepControl(0.1, 1e-3, 1.0, move=0.3), stops=(3.0,))
+    moves = [float(np.abs(step.motion.x - step.start.motion.x).max()) for step in march]
+    np.testing.assert_allclose(moves[1:-2], 0.3, rtol=1e-6)
+
+
+def test_every_failure_cuts_once_and_is_counted(spring, push):
+    """Steps over 0.03 s are refused: 0.1 -> 0.04 -> 0.016 takes two cuts."""
+    march = point(spring, push, refuses=lambda start: start.dt > 0.03)
+    step = next(iter(march))
+    assert (step.failed, march.progress.cutbacks) == (2, 2)
+    assert step.start.dt == pytest.approx(0.1 * 0.4**2)
+    assert march.system.effects[1].begun == pytest.approx([0.1, 0.04, 0.016])
+    assert "not finite" in march.last_failure
+
+
+def test_a_failed_step_is_undone_to_the_bit(spring, push):
+    march = point(spring, push, refuses=lambda start: start.end > 0.25)
+    kept = []
+
+    def walk() -> None:
+        for step in march:
+            kept.append((copy.deepcopy(march.system.memory()), step.motion.x.tobytes()))
+
+    with pytest.raises(NotConverged, match="smallest step"):
+        walk()
+    before, motion = kept[-1]
+    after = march.system.memory()
+    for name in ("spring-1", "push-1"):
+        for key, value in before[name].items():
+            assert after[name][key].tobytes() == value.tobytes()
+    assert march.progress.motion.x.tobytes() == motion
+    assert march.progress.motion.time <= 0.25
+
+
+def test_gives_up_at_the_smallest_step(spring, push):
+    march = point(spring, push, refuses=lambda start: True)
+    with pytest.raises(NotConverged, match="no balance at time 0 s"):
+        list(march)
+    assert march.system.effects[1].begun[-1] <= CONTROL.smallest
+    assert march.progress.steps == 0
+
+
+def rubbing() -> tuple[March, list]:
+    """A rod dragged over a cylinder with friction: everything that has a memory but pairs."""
+    rod = make_rod(16.0, 10, core_stiffness=200.0)
+    x = rod.mesh.nodes + np.array([3.02, 0.0, 0.0])
+    scheme = BackwardEuler()
+    law = Penalty(11.4, 0.2, 0.1)
+    cylinder = Cylinder(surfaces([rod], 1.0)[1], law, np.array([-10.0, 0.0, 8.0]), np.array([0.0, 1.0, 0.0]), 10.0)
+    effects = [
+        *rod.effects,
+        Inertia(rod.mass, scheme),
+        Drag(rod.mass, 20.0, scheme),
+        cylinder,
+        CylinderFriction(cylinder, np.array([0.4])),
+    ]
+    ends = [
+        driven(rod.sections[k], x[rod.sections[k]], np.array([-0.1, 0.0, 1.0]), lambda time: 2.0 * time)
+        for k in (0, -1)
+    ]
+    system = System(effects, len(x), make_solver("auto"), scheme, ends)
+    control = StepControl(first=0.05, smallest=1e-5, largest=0.4, move=0.5)
+    settings = NewtonSettings(force_tolerance=1e-7, resultant_tolerance=1e-5)
+    stops = np.array([0.3, 1.0])
+    return March(system, Progress.at(Motion.at_rest(x)), control, settings, rod.section_index, stops), effects
+
+
+def test_the_same_march_gives_the_same_bits():
+    first, second = rubbing()[0], rubbing()[0]
+    for a, b in zip(first, second, strict=True):
+        assert a.motion.x.tobytes() == b.motion.x.tobytes()
+        assert a.took.count == b.took.count
+    assert first.progress.steps > 4
+
+
+def test_goes_on_from_progress_and_memory_to_the_bit():
+    whole, effects = rubbing()
+    kept = None
+    for step in whole:
+        if kept is None and step.arrived:
+            assert effects[-1].sliding > 0
+            kept = copy.deepcopy(whole.progress), copy.deepcopy(whole.system.memory())
+    assert kept is not None
+    resumed, _ = rubbing()
+    resumed.progress = kept[0]
+    resumed.system.restore(kept[1])
+    for _ in resumed:
+        pass
+    assert resumed.progress.motion.x.tobytes() == whole.progress.motion.x.tobytes()
+    assert resumed.progress.motion.v.tobytes() == whole.progress.motion.v.tobytes()
+    for name in ("steps", "iterations", "cutbacks", "dt"):
+        assert getattr(resumed.progress, name) == getattr(whole.progress, name)
+    ends = resumed.system.memory(), whole.system.memory()
+    for label in ends[1]:
+        for key, value in ends[1][label].items():
+            assert ends[0][label][key].tobytes() == value.tobytes(), (label, key)
