@@ -167,7 +167,8 @@ class CylinderFriction(Effect):
     def slides(self) -> np.ndarray:
         """Whether each sample slides, shape [samples]."""
         c = self.cylinder
-        return (c.force > 0.0) & (self.spring * c.samples.length * self.slip > self.mu * c.force)
+        limit = (1.0 - 1e-9) * self.mu * c.force
+        return (c.force > 0.0) & (self.spring * c.samples.length * self.slip > limit)
 
     @property
     def sliding(self) -> int:

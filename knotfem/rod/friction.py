@@ -122,7 +122,7 @@ class Friction(Effect):
         """Whether each pair slides, shape [pairs]."""
         c = self.contact
         stiffness = self.spring * c.samples.length[c.pairs[:, 0]] * c.share
-        return (c.force > 0.0) & (stiffness * self.slip > self.mu * c.force)
+        return (c.force > 0.0) & (stiffness * self.slip > (1.0 - 1e-9) * self.mu * c.force)
 
     @property
     def sliding(self) -> int:
