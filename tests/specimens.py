@@ -165,3 +165,50 @@ def march(
     """Steps from a motion to the last of the stops."""
     control = StepControl(first=first, smallest=1e-6 * first, largest=largest or stops[-1], move=move)
     return March(system, Progress.at(motion), control, settings or NewtonSettings(), sections, np.array(stops))
+
+
+def agree(case: str, found: float, expected: float, relative: float) -> None:
+    """Assert and print, for the table of `docs/validation.md` (pytest -s)."""
+    deviation = found / expected - 1.0
+    print(f"\n{case}: expected {expected:.6g}, found {found:.6g}, deviation {100.0 * deviation:+.2f} %", end="")
+    assert abs(deviation) <= relative, f"{case}: expected {expected}, found {found}"
+
+
+WHOLE_STEPS = NewtonSettings(
+    force_tolerance=1e-8, resultant_tolerance=1e-7, largest_move=1000.0, endgame_move=1000.0, max_iterations=25
+)
+"""For slender rods without contact: Newton steps as they come."""
+
+
+def beam_clamp(rod: Rod, end: int = 0) -> list[Prescribed]:
+    """Holds a section as beam theory does: plane, upright and in place, but free to bulge.
+
+    A section held as a whole is stiffer, by about 0.13 r of the rod's length. Only the axis node carries a transverse
+    force, so one that acts must be met by an `EndForce` on the section.
+    """
+    X, nodes = rod.mesh.nodes, rod.sections[end]
+    axis, spoke = rod.axis[[end]], nodes[rod.mesh.section.ring[:1]]
+    return [
+        Prescribed(nodes, lambda time: X[nodes - rod.first], components=(False, False, True)),
+        Prescribed(axis, lambda time: X[axis - rod.first]),
+        Prescribed(spoke, lambda time: X[spoke - rod.first], components=(False, True, False)),
+    ]
+
+
+def bent_into_arc(rod: Rod, angle: float) -> np.ndarray:
+    """Positions of a rod swept onto a circle in the x-z plane on which its end turns by an angle."""
+    from knotfem.tie.sweep import swept_state
+
+    turn = angle * np.linspace(0.0, 1.0, rod.mesh.slices + 1)
+    radius = rod.mesh.element_length / (2.0 * np.sin(0.5 * angle / rod.mesh.slices))
+    points = radius * np.stack([1.0 - np.cos(turn), np.zeros_like(turn), np.sin(turn)], axis=1)
+    zero, one = np.zeros_like(turn), np.ones_like(turn)
+    frames = np.stack(
+        [
+            np.stack([np.cos(turn), zero, -np.sin(turn)], axis=1),
+            np.stack([zero, one, zero], axis=1),
+            np.stack([np.sin(turn), zero, np.cos(turn)], axis=1),
+        ],
+        axis=1,
+    )
+    return swept_state(points, frames, rod.points).reshape(-1, 3)

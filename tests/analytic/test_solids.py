@@ -1,0 +1,114 @@
+"""Solids of hexahedra: homogeneous and twisted rods, patches of distorted bricks, Cook's membrane."""
+
+import numpy as np
+import pytest
+from specimens import WHOLE_STEPS, agree, beam_clamp, make_rod, march, moduli, static
+
+from knotfem.effects.elasticity import Elasticity
+from knotfem.effects.formulation import Formulation
+from knotfem.effects.load import EndForce, held, turned
+from knotfem.solver.effect import Motion
+from knotfem.solver.linear import make_solver
+from knotfem.solver.schemes import Scheme
+from knotfem.solver.system import Prescribed, System
+
+CORNERS = np.array(
+    [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]], dtype=float
+)
+
+
+def bricks(nodes: np.ndarray, hexes: np.ndarray, shear: float, bulk: float) -> Elasticity:
+    """Q1P0 on hexahedra of any shape: one "slice" in which every element has tables of its own."""
+    grads, weights = np.empty((len(hexes), 8, 8, 3)), np.empty((len(hexes), 8))
+    shapes = np.empty((8, 8))
+    for point, where in enumerate(CORNERS / np.sqrt(3.0)):
+        f = 1.0 + CORNERS * where
+        shapes[point] = f.prod(axis=1) / 8.0
+        rates = CORNERS * np.stack([f[:, 1] * f[:, 2], f[:, 0] * f[:, 2], f[:, 0] * f[:, 1]], axis=1) / 8.0
+        jacobian = np.einsum("eai,ak->eik", nodes[hexes], rates)
+        grads[:, point] = np.einsum("ak,eki->eai", rates, np.linalg.inv(jacobian))
+        weights[:, point] = np.linalg.det(jacobian)
+    return Elasticity(hexes[None], Formulation(grads, weights, shapes, np.ones((8, 1))), shear, bulk)
+
+
+@pytest.mark.parametrize("stretch", [0.8, 1.3, 2.0])
+def test_stretch(stretch):
+    """Incompressible neo-Hookean: P = G (lambda - lambda^-2) A."""
+    rod = make_rod(30.0, 6, poisson=0.49999)
+    X, far = rod.mesh.nodes, rod.sections[-1]
+    top = Prescribed(far, lambda time: X[far] + [0.0, 0.0, 30.0 * (stretch - 1.0)], components=(False, False, True))
+    x, system, _ = static(rod.effects, X, [*beam_clamp(rod), top], rod.section_index)
+    area = rod.bulk.formulation.weights.sum() / rod.mesh.element_length
+    expected = rod.bulk.shear_modulus * (stretch - stretch**-2) * area
+    agree(f"stretch {stretch}, P [N]", float(system.residual(x)[far, 2].sum()), expected, 0.005)
+
+
+def test_torsion():
+    """Rivlin: M = pi/2 G r^4 tau, N = -pi/4 G r^4 tau^2 at fixed length, here at tau r = 0.5."""
+    rod = make_rod(30.0, 48, poisson=0.49999)
+    X, near, far = rod.mesh.nodes, rod.sections[0], rod.sections[-1]
+    tau = 0.5 / 3.0
+    spin = turned(far, X[far], X[rod.axis[-1]], np.array([0.0, 0.0, 1.0]), lambda t: tau * 30.0 * t)
+    system = System(rod.effects, len(X), make_solver("auto"), Scheme(), [held(near, X[near]), spin])
+    steps = march(system, Motion.at_rest(X), rod.section_index, [1.0], first=0.25, largest=0.25, settings=WHOLE_STEPS)
+    for _ in steps:
+        pass
+    x = steps.progress.motion.x
+    force = system.residual(x)[far]
+    G = rod.bulk.shear_modulus
+    torque = float(np.cross(x[far] - x[rod.axis[-1]], force).sum(axis=0)[2])
+    agree("torsion tau r = 0.5, M [N mm]", torque, 0.5 * np.pi * G * 81.0 * tau, 0.02)
+    agree("torsion tau r = 0.5, N [N]", float(force[:, 2].sum()), -0.25 * np.pi * G * 81.0 * tau**2, 0.02)
+
+
+@pytest.mark.parametrize("poisson", [0.3, 0.4999])
+def test_patch_of_distorted_bricks(poisson):
+    """A linear field on the boundary is met exactly inside, from a start that is not it."""
+    rng = np.random.default_rng(1)
+    line = np.linspace(0.0, 1.0, 4)
+    X = np.stack(np.meshgrid(line, line, line, indexing="ij"), axis=-1).reshape(-1, 3)
+    inner = np.all((X > 0.0) & (X < 1.0), axis=1)
+    X[inner] += rng.uniform(-0.08, 0.08, (np.count_nonzero(inner), 3))
+    i = np.arange(64).reshape(4, 4, 4)
+    lower = [i[:-1, :-1], i[1:, :-1], i[1:, 1:], i[:-1, 1:]]
+    hexes = np.stack([n[..., :-1] for n in lower] + [n[..., 1:] for n in lower], axis=-1).reshape(-1, 8)
+    bulk = bricks(X, hexes, *moduli(1.0, poisson))
+    F = np.eye(3) + 0.2 * rng.standard_normal((3, 3))
+    goal = X @ F.T
+    outside = np.flatnonzero(~inner)
+    start = X.copy()
+    start[inner] += rng.uniform(-0.05, 0.05, (np.count_nonzero(inner), 3))
+    x, _, _ = static([bulk], start, [held(outside, goal[outside])], np.zeros(64, dtype=int), tolerance=1e-12)
+    deviation = float(np.abs(x - goal).max())
+    print(f"\npatch test, nu = {poisson}: deviation {deviation:.1e}", end="")
+    assert deviation < 1e-10
+    pressure = moduli(1.0, poisson)[1] * (np.linalg.det(F) - 1.0)
+    np.testing.assert_allclose(bulk.pressure, pressure, atol=1e-8 * abs(pressure))
+
+
+def cook(cells: int) -> float:
+    """Vertical move of the upper right corner of Cook's membrane, one layer of bricks held in z."""
+    line = np.linspace(0.0, 1.0, cells + 1)
+    u, v = np.meshgrid(line, line, indexing="ij")
+    flat = np.stack([48.0 * u, 44.0 * u + v * (44.0 - 28.0 * u)], axis=-1).reshape(-1, 2)
+    count = len(flat)
+    X = np.concatenate([np.column_stack([flat, np.full(count, z)]) for z in (0.0, 1.0)])
+    i = np.arange(count).reshape(cells + 1, cells + 1)
+    quads = np.stack([i[:-1, :-1], i[1:, :-1], i[1:, 1:], i[:-1, 1:]], axis=-1).reshape(-1, 4)
+    bulk = bricks(X, np.concatenate([quads, quads + count], axis=1), 80.1938, 400889.8)
+    share = np.full(cells + 1, 0.5 / cells)
+    share[[0, -1]] *= 0.5
+    left, right = (np.concatenate([edge, edge + count]) for edge in (i[0], i[-1]))
+    load = EndForce(right, np.concatenate([share, share]), np.array([0.0, 1.0, 0.0]), lambda t: 100.0 * t)
+    flatness = Prescribed(np.arange(2 * count), lambda time: X, components=(False, False, True))
+    system = System([bulk, load], 2 * count, make_solver("auto"), Scheme(), [held(left, X[left]), flatness])
+    index = np.zeros(2 * count, dtype=int)
+    steps = march(system, Motion.at_rest(X), index, [1.0], first=0.25, largest=0.25, move=1e3, settings=WHOLE_STEPS)
+    for _ in steps:
+        pass
+    return float(steps.progress.motion.x[i[-1, -1], 1] - 60.0)
+
+
+@pytest.mark.parametrize(("cells", "tip"), [(8, 6.619), (32, 6.884)])
+def test_cooks_membrane(cells, tip):
+    agree(f"Cook's membrane, {cells} x {cells}, tip", cook(cells), tip, 0.005)
