@@ -1,3 +1,4 @@
+import numba
 import numpy as np
 import pytest
 from derivatives import directional_error, gradient_error, moments, residual, rotation, tangent
@@ -81,6 +82,21 @@ def test_upper_storage_equals_the_whole(element):
     whole = tangent([bulk], x)
     np.testing.assert_allclose(whole, whole.T, atol=1e-12 * np.abs(whole).max())
     np.testing.assert_allclose(tangent([bulk], x, upper=True), whole, atol=1e-12 * np.abs(whole).max())
+
+
+def test_threads_change_no_bit():
+    rod = make_rod(30.0, 41, section=44)
+    x = rod.mesh.nodes + 0.05 * np.random.default_rng(1).standard_normal(rod.mesh.nodes.shape)
+    results = []
+    threads = numba.get_num_threads()
+    try:
+        for count in (1, numba.config.NUMBA_NUM_THREADS):
+            numba.set_num_threads(count)
+            results.append([residual([rod.bulk], x) for _ in range(5)])
+    finally:
+        numba.set_num_threads(threads)
+    for other in (*results[0], *results[1]):
+        assert other.tobytes() == results[0][0].tobytes()
 
 
 @pytest.mark.parametrize("element", ELEMENTS)
