@@ -1,0 +1,103 @@
+import numpy as np
+import pytest
+from reduced import RADIUS, YOUNGS, contact, crossing, line, rotation, spec
+
+from knotfem.rod.contact import hertz_line_stiffness
+from knotfem.rod.model import RodModel
+from knotfem.rod.spec import CylinderSpec
+
+SHIFTS = [(a, b) for a in (0.0, 0.2, 0.375, 0.6) for b in (0.0, 0.2, 0.375)]
+
+
+def force_on(model, rod):
+    f = np.zeros_like(model.x)
+    model.contact.assemble(model.x, f, None)
+    return -f[model.layout.of(rod), :3].sum(axis=0)
+
+
+@pytest.mark.parametrize(("approach", "tolerance"), [(0.05, 0.05), (0.10, 0.05)])
+def test_crossed_strands_meet_by_hertz(approach, tolerance):
+    exact = 4.0 / 3.0 * YOUNGS / 1.5 * np.sqrt(RADIUS) * (approach * RADIUS) ** 1.5
+    forces = [force_on(crossing(approach * RADIUS, shift=s), 1)[2] for s in SHIFTS]
+    np.testing.assert_allclose(forces, exact, rtol=tolerance)
+    assert np.ptp(forces) / exact < 0.04
+
+
+def test_force_follows_the_line_stiffness_along_a_line_contact():
+    s = line(20, 40.0)
+    on_top = s + np.array([0.0, 0.0, 2 * RADIUS - 0.3])
+    model = RodModel([spec(s), spec(on_top)], contact())
+    model.begin({})
+    assert force_on(model, 1)[2] == pytest.approx(0.3 * hertz_line_stiffness(YOUNGS, 0.5) * 40.0, rel=0.02)
+    c = model.contacts()
+    assert c.normal_force.sum() == pytest.approx(force_on(model, 1)[2], rel=1e-9)
+    np.testing.assert_allclose(c.gap, -0.3, atol=1e-9)
+    np.testing.assert_allclose(c.arclength, c.other_arclength, atol=1e-9)
+
+
+def test_forces_turn_with_the_rods():
+    Q = rotation()
+    a, b = crossing(0.3, angle=1.1, shift=(0.3, 0.1)), crossing(0.3, angle=1.1, shift=(0.3, 0.1), turn=Q)
+    np.testing.assert_allclose(force_on(b, 1), Q @ force_on(a, 1), atol=1e-12)
+
+
+def test_mirrored_rods_feel_mirrored_forces():
+    a, b = crossing(0.3, angle=1.1, shift=(0.3, 0.1)), crossing(0.3, angle=-1.1, shift=(0.3, 0.1))
+    np.testing.assert_allclose(force_on(b, 1), force_on(a, 1) * [1.0, -1.0, 1.0], atol=1e-12)
+
+
+def test_no_ripple_as_a_strand_passes_over_nodes():
+    forces = [force_on(crossing(0.3, shift=(a, 0.0)), 1)[2] for a in np.linspace(0.0, 2.0, 21)]
+    assert np.ptp(forces) / np.mean(forces) < 0.015
+
+
+@pytest.mark.parametrize("angle", [0.3, 1.0, np.pi / 2])
+def test_both_passes_carry_half_where_neither_strand_bends(angle):
+    np.testing.assert_allclose(crossing(0.3, angle=angle).contact.share, 0.5)
+
+
+def test_a_strand_round_another_carries_the_contact():
+    """In a capstan of rod on rod every point of the wrap is closest to the core's one section."""
+    core = line(20, 40.0, axis=1) - np.array([0.0, 20.0, 0.0])
+    phi = np.linspace(-1.5, 1.5, 21)
+    R = 2 * RADIUS - 0.2
+    corner = R / np.cos(0.075)
+    wrap = corner * np.stack([np.sin(phi), 0.01 * phi, np.cos(phi)], axis=1)
+    model = RodModel([spec(core), spec(wrap)], contact())
+    model.begin({})
+    c = model.contacts()
+    force = [c.normal_force[c.rod == rod].sum() for rod in (0, 1)]
+    assert force[0] < 0.05 * force[1]
+    assert force[1] == pytest.approx(0.2 * hertz_line_stiffness(YOUNGS, 0.5) * 3.0 * R, rel=0.05)
+
+
+def test_neighbours_along_a_strand_do_not_touch():
+    phi = np.linspace(0.0, 3.0, 31)
+    hairpin = RADIUS * 1.05 * np.stack([np.sin(phi), np.cos(phi), 0 * phi], axis=1)
+    model = RodModel([spec(hairpin)], contact())
+    model.begin({})
+    assert model.contacts().rod.size == 0
+
+
+def test_a_rod_finds_all_strands_that_it_touches():
+    """A rod lying between two others has two contacts a sample."""
+    middle = line(10, 20.0)
+    gap = np.array([0.0, 2 * RADIUS - 0.1, 0.0])
+    model = RodModel([spec(middle), spec(middle + gap), spec(middle - gap)], contact())
+    model.begin({})
+    c = model.contacts()
+    own = c.rod == 0
+    assert set(c.other[own]) == {1, 2}
+    np.testing.assert_allclose(force_on(model, 0), 0.0, atol=1e-12)
+
+
+def test_rod_on_a_cylinder():
+    s = line(20, 40.0)
+    spec_of = CylinderSpec(np.array([20.0, 0.0, -RADIUS - 9.8]), np.array([2.0, 0.0, 0.0]), 10.0, 0.0)
+    model = RodModel([spec(s)], contact(), [spec_of])
+    model.begin({})
+    c = model.contacts()
+    assert set(c.other) == {-1}
+    assert model.penetration == pytest.approx(0.2)
+    assert c.normal_force.sum() == pytest.approx(0.2 * 2.0 * hertz_line_stiffness(YOUNGS, 0.5) * 40.0, rel=0.02)
+    assert np.all(np.isnan(c.other_arclength))

@@ -1,0 +1,177 @@
+import numpy as np
+import pytest
+from reduced import MASS, RADIUS, RUBBER, begun, contact, crossing, line, residual, settle, spec
+
+from knotfem.rod.mass import Drag
+from knotfem.rod.model import RodModel
+from knotfem.solver.effect import Motion, StepStart
+
+
+def rubbing(model):
+    return [model.frames, model.contact, model.friction]
+
+
+def carried(model, x):
+    """Take an accepted step to x, whatever the forces; returns the friction on rod 1 at its end."""
+    effects = rubbing(model)
+    for effect in effects:
+        effect.update(model.x)
+    for effect in effects:
+        effect.begin(StepStart(model.progress.motion, 1.0))
+    residual(effects[:2], x)
+    f = residual(effects, x)
+    for effect in effects:
+        effect.accept(x)
+    model.progress.motion = Motion.at_rest(x)
+    return -f[model.layout.of(1), :3].sum(axis=0)
+
+
+def moved(model, rod, by, spin=0.0):
+    x = model.x.copy()
+    x[model.layout.of(rod), :3] += by
+    x[model.layout.of(rod), 3] += spin * model.layout.radius[rod]
+    return x
+
+
+@pytest.mark.parametrize("place", [0.0, 0.5, 1.0, 1.37])
+def test_sticking_force_has_no_jump_at_joints(place):
+    """To and fro while the contact crosses nodes and middles of edges: one straight line, as long as friction holds."""
+    model = crossing(0.6, shift=(0.0, 2.0 * place), friction=10.0)
+    shifts = 0.01 * np.sin(np.linspace(0.0, 6.0, 25))
+    forces = [carried(model, moved(model, 1, [0.0, step, 0.0]))[1] for step in np.diff(shifts)]
+    slope, rest = np.polyfit(shifts[1:] - shifts[0], forces, 1)
+    np.testing.assert_allclose(np.polyval([slope, rest], shifts[1:]), forces, atol=2e-3 * np.abs(forces).max())
+    assert slope < 0.0
+    assert abs(rest) < 1e-3 * np.abs(forces).max()
+
+
+@pytest.mark.parametrize("direction", [(1.0, 0.0), (0.0, 1.0), (0.6, -0.8)])
+def test_sliding_force_is_mu_n_against_the_motion(direction):
+    """Over several segments, in small and in large steps."""
+    mu = 0.3
+    for step in (0.05, 0.5):
+        model = crossing(0.3, friction=mu)
+        way = np.array([*direction, 0.0])
+        for _ in range(8):
+            f = carried(model, moved(model, 1, step * way))
+        normal = model.contact.force.sum()
+        np.testing.assert_allclose(f[:2], -mu * normal * way[:2], atol=0.02 * mu * normal)
+        assert model.friction.dissipated == pytest.approx(mu * normal * step, rel=0.03)
+
+
+def test_dissipation_is_never_negative():
+    rng = np.random.default_rng(4)
+    model = crossing(0.3, friction=0.3)
+    for _ in range(60):
+        carried(model, moved(model, 1, 0.1 * rng.normal(size=3) * [1.0, 1.0, 0.5], 0.05 * rng.normal()))
+        assert model.friction.dissipated >= 0.0
+        assert model.friction.kept >= 0.0
+
+
+def test_spinning_strand_rubs():
+    """A strand that spins on the spot slides across its axis."""
+    model = crossing(0.3, friction=0.3)
+    for _ in range(6):
+        f = carried(model, moved(model, 1, np.zeros(3), spin=0.1))
+    normal = model.contact.force.sum()
+    np.testing.assert_allclose(f, [0.3 * normal, 0.0, 0.0], atol=0.02 * normal)
+
+
+@pytest.mark.parametrize("step", [0.02, 0.1])
+def test_rolling_does_not_slip(step):
+    """A strand rolls round an equal one: while its centre turns by beta, it spins by 2 beta."""
+    points = line(10, 20.0, axis=1)
+    depth = 2 * RADIUS - 0.2
+    model = RodModel([spec(points), spec(points + np.array([0.0, 0.0, depth]))], contact(friction=0.3))
+    model.begin({})
+    beta = 0.0
+    for _ in range(int(1.0 / step)):
+        beta += step
+        x = model.x.copy()
+        x[model.layout.of(1), 0], x[model.layout.of(1), 2] = depth * np.sin(beta), depth * np.cos(beta)
+        x[model.layout.of(1), 3] += 2.0 * step * RADIUS
+        f = carried(model, x)
+    stick = 0.3 * 0.2 * RUBBER / (2 / 3 * RUBBER)
+    slip = np.linalg.norm(model.friction.stored[model.contact.force > 0.0], axis=1).max()
+    assert slip < 0.02 * stick
+    assert np.linalg.norm(f) < 0.02 * 0.3 * model.contact.force.sum()
+
+
+def test_rigid_motion_does_not_slip():
+    model = crossing(0.3, friction=0.3)
+    carried(model, moved(model, 1, [0.02, 0.01, 0.0]))
+    before = model.friction.stored.copy()
+    turned = model.x.copy()
+    c, s = np.cos(0.4), np.sin(0.4)
+    turned[:, :3] = model.x[:, :3] @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]).T + [1.0, 2.0, 3.0]
+    carried(model, turned)
+    np.testing.assert_allclose(model.friction.stored, before, atol=1e-12)
+
+
+def sleeper(slope, friction, *, drag, factor=None):
+    """A stiff rod along a slope, across two fixed ones; gravity leans by the slope."""
+    angle, gravity = np.arctan(slope), 9810.0
+    rods = [spec(line(40, 80.0) - np.array([40.0, 0.0, -2 * RADIUS]), bending=1e5)]
+    rods += [spec(line(10, 20.0, axis=1) + np.array([x, -10.0, 0.0])) for x in (-20.0, 20.0)]
+    lean = gravity * np.array([np.sin(angle), 0.0, -np.cos(angle)])
+    model = RodModel(rods, contact(friction, factor=factor), gravity=lean, drag=drag)
+    frozen = np.ones((model.layout.nodes, 4), dtype=bool)
+    frozen[model.layout.of(0)] = False
+    return model, frozen
+
+
+def hold(steps):
+    """Drift in so many steps at 90 % of the limit, and the elastic slip [mm]."""
+    mu = 0.3
+    model, frozen = sleeper(0.9 * mu, mu, drag=50.0)
+    settle(model, {}, duration=0.6, steps=300, tolerance=1e-8, frozen=frozen)
+    before = model.x[:, :3].copy()
+    c = model.contacts()
+    assert np.sum(c.friction_force) / np.sum(c.normal_force) == pytest.approx(0.9 * mu, rel=0.02)
+    settle(model, {}, duration=0.001 * steps, steps=steps, tolerance=1e-8, frozen=frozen)
+    slip = np.linalg.norm(model.friction.stored, axis=1).max()
+    return np.abs(model.x[:, :3] - before).max(), slip
+
+
+def test_a_sleeper_holds():
+    drift, slip = hold(100)
+    assert drift < 1e-5 * slip
+
+
+@pytest.mark.slow
+def test_a_sleeper_holds_ten_thousand_steps():
+    drift, slip = hold(10_000)
+    assert drift < 1e-3 * slip
+
+
+def test_a_sleeper_slides_beyond_the_limit():
+    mu, slope = 0.3, 0.5
+    model, frozen = sleeper(slope, mu, drag=100.0, factor=lambda time: 3.0 if time < 0.3 else 1.0)
+    settle(model, {}, duration=0.3, steps=100, tolerance=1e-8, frozen=frozen)
+    for effect in model.effects:
+        if isinstance(effect, Drag):
+            effect.rate = 0.0
+    speeds, times = [], []
+    for _ in range(12):
+        settle(model, {}, duration=0.005, steps=5, tolerance=1e-8, frozen=frozen)
+        times.append(model.time)
+        speeds.append(model.progress.motion.v[model.layout.of(0), 0].mean())
+    angle = np.arctan(slope)
+    expected = 9810.0 * (np.sin(angle) - mu * np.cos(angle))
+    assert np.polyfit(times, speeds, 1)[0] == pytest.approx(expected, rel=0.01)
+
+
+def test_friction_follows_its_schedule():
+    model = RodModel(crossing(0.3).rods, contact(friction=0.4, factor=lambda time: 0.5 if time > 1.5 else 1.0))
+    model.begin({})
+    effects = rubbing(model)
+    begun(effects, model.x)
+    np.testing.assert_allclose(model.friction.mu, 0.4)
+    model.friction.begin(StepStart(Motion.at_rest(model.x, 1.0), 1.0))
+    np.testing.assert_allclose(model.friction.mu, 0.2)
+
+
+def test_masses_are_those_of_the_rods():
+    model, _ = sleeper(0.1, 0.3, drag=0.0)
+    assert model.mass[:, 0].sum() == pytest.approx(MASS * 120.0)
+    assert model.mass[:, 3].sum() == pytest.approx(0.5 * MASS * 120.0)
