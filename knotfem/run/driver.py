@@ -141,7 +141,7 @@ class Driver:
         self.outputs.close(self.account)
 
     def _map(self) -> None:
-        began_wall, began_cpu = time.perf_counter(), time.process_time()
+        self.outputs.summary.begin_phase("mapping")
         paths = make_paths(self.body)
         solver = self.outputs.summary.choose_solver(self.scene)
         self.provenance.note(linear_solver=solver, tie=[path.describe() for path in paths])
@@ -166,14 +166,13 @@ class Driver:
             )
             if self.stop.due:
                 raise self.stop.error()
-        self.outputs.summary.phase("mapping", began_wall, began_cpu)
         self.outputs.summary.stretch(stretches)
         self.outputs.stretch_plot(self.body, stretches)
         self.knots_before = self.watch.name(self.motion.x)
         self._save()
 
     def _take(self, step: Step) -> None:
-        began_wall, began_cpu = time.perf_counter(), time.process_time()
+        self.outputs.summary.begin_phase(step.name)
         self.phase, resumed = step.name, self._resume_state
         origin = resumed["origin"] if resumed else self.motion.x.copy()
         began = float(resumed["began"]) if resumed else self.motion.time
@@ -220,8 +219,7 @@ class Driver:
             self._save(step, walk.progress, origin, began, system)
             raise
         finally:
-            self.outputs.summary.system(system)
-            self.outputs.summary.phase(step.name, began_wall, began_cpu)
+            self.outputs.summary.book(system)
             system.close()
 
     def _tell_status(self, balance: Balance) -> None:
@@ -270,6 +268,11 @@ class Driver:
             self._save(name=TIED)
 
     def _save(self, step: Step | None = None, progress=None, origin=None, began=0.0, system=None, name="") -> None:
+        self.outputs.summary.book(system)
+        with self.outputs.summary.output():
+            self._save_checkpoint(step, progress, origin, began, system, name)
+
+    def _save_checkpoint(self, step: Step | None, progress, origin, began, system, name: str) -> None:
         progress = progress or march.Progress.at(self.motion)
         memory = {label: effect.memory() for label, effect in labelled(self.model.effects)}
         state = {

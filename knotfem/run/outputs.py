@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import asdict
-from typing import Any
+from functools import wraps
+from typing import Any, Concatenate, ParamSpec
 
 import numpy as np
 
+from knotfem.effects.registry import REGISTERED
 from knotfem.run.account import Account, Balance
 from knotfem.run.build import Body
 from knotfem.run.directory import RunDirectory
@@ -26,6 +29,19 @@ FORCE_EXTRA = (
     "contact_Nmm", "gravity_Nmm", "friction_Nmm", "drag_Nmm", "numerical_Nmm", "missing_Nmm", "cutbacks",
 )  # fmt: skip
 
+P = ParamSpec("P")
+
+
+def _timed(write: Callable[Concatenate[Outputs, P], None]) -> Callable[Concatenate[Outputs, P], None]:
+    """Books what a method takes as output."""
+
+    @wraps(write)
+    def timed(self: Outputs, *args: P.args, **kwargs: P.kwargs) -> None:
+        with self.summary.output():
+            write(self, *args, **kwargs)
+
+    return timed
+
 
 class Outputs:
     """All that a run writes besides checkpoints and status."""
@@ -35,12 +51,13 @@ class Outputs:
         self.summary = Summary(run, model)
         self.mapping_times: list[float] = []
         self._series = None
+        self._registered_columns = [_column(e.name) for e in model.effects if e.name in REGISTERED]
 
     def begin(self, metadata: dict[str, Any] | None) -> None:
         """Start the tables, or cut them back to the rows of a checkpoint."""
         self.tie, self.force, self.tension = (
             self.run.tie_table,
-            self.run.force_table(FORCE_EXTRA),
+            self.run.force_table((*FORCE_EXTRA, *self._registered_columns)),
             self.run.tension_table(EXTRA_COLUMNS),
         )
         rows = metadata["rows"] if metadata else {"tie": 0, "force": 0, "tension": 0, "series": 0}
@@ -64,6 +81,7 @@ class Outputs:
             }
         }
 
+    @_timed
     def mapping(self, increment: Increment) -> None:
         """An increment of the mapping is solved."""
         self.mapping_times.append(increment.mapping_time)
@@ -77,6 +95,7 @@ class Outputs:
             }
         )
 
+    @_timed
     def plots(self, body: Body) -> None:
         """Plots of the tables, once the run has reached its goal."""
         from knotfem.report import plots
@@ -96,6 +115,7 @@ class Outputs:
             applied = self.summary.figures["final_force_N"] or float(np.abs(profile["tension_N"]).max())
             plots.plot_tension(curves, self.run.path / "tension.png", applied=applied)
 
+    @_timed
     def stretch_plot(self, body: Body, stretches: list[np.ndarray]) -> None:
         """Stretch of the centreline against arclength, coloured by mapping time."""
         from knotfem.report import plots
@@ -113,6 +133,7 @@ class Outputs:
                 threshold=body.scene.tie.threshold,
             )
 
+    @_timed
     def step(self, step: Step, accepted: Accepted, balance: Balance, account: Account, system: System) -> None:
         """A step was accepted."""
         e = account.energies
@@ -142,6 +163,7 @@ class Outputs:
             "numerical_Nmm": e.numerical,
             "missing_Nmm": e.missing,
             "cutbacks": accepted.failed,
+            **{_column(name): energy for name, energy in e.of_registered.items()},
         }
         if not isinstance(step, Relax):
             self.force.append(record)
@@ -156,11 +178,12 @@ class Outputs:
             **{key: value for key, value in record.items() if key != "step"},
         )
 
+    @_timed
     def state(self, motion: Motion, balance: Balance, step: Step) -> None:
         """Outputs are due: fields and tension profile."""
         self.tension.extend(profile_rows(self.model.body, motion.x, motion.time, balance.displacement))
         if not isinstance(step, Relax):
-            self.summary.output(balance)
+            self.summary.balance(balance)
         if self._series is not None:
             points, cells = fields(self.model, motion.x)
             self._series.append(motion.time, motion.x, point_data=points, cell_data=cells)
@@ -176,3 +199,7 @@ class Outputs:
 
     def restore(self, state: dict[str, Any]) -> None:
         self.summary.restore(state)
+
+
+def _column(name: str) -> str:
+    return f"{name}_Nmm"

@@ -17,8 +17,6 @@ from knotfem.solver.effect import Motion
 from knotfem.solver.newton import NewtonSettings
 from knotfem.solver.system import System
 
-MOVE_OVER_DIAMETER = 0.5
-"""Largest move of a node in a step that is aimed at."""
 FIRST_MOVE_OVER_DIAMETER = 1.0 / 60.0
 """How far a driven end goes in the first step."""
 REST_FORCE = 2e-5
@@ -48,9 +46,10 @@ def march_of(
 ) -> march.March:
     """The march of a scene's step; it ends at the last of its stops, where outputs are due."""
     d = min(rod.scene.diameter for rod in body.rods)
+    move = scene.solver.move_over_diameter * d
     if isinstance(step, Pull):
         length, every = step.duration, scene.output.every_displacement / step.speed
-        first = FIRST_MOVE_OVER_DIAMETER * d / step.speed
+        first = min(FIRST_MOVE_OVER_DIAMETER * d, move) / step.speed
     elif isinstance(step, Relax):
         length, every, first = step.longest, step.longest, 1e-4 * step.longest
     else:
@@ -59,7 +58,7 @@ def march_of(
     count = max(1, int(np.ceil(length / every - 1e-9)))
     stops = began + np.minimum(np.arange(1, count + 1) * every, length)
     smallest = first * 0.4**scene.solver.max_cutbacks
-    control = march.StepControl(first=first, smallest=smallest, largest=length, move=MOVE_OVER_DIAMETER * d)
+    control = march.StepControl(first=first, smallest=smallest, largest=length, move=move)
     return march.March(system, progress, control, newton_settings(scene, body), body.sections, stops)
 
 

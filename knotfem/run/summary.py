@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import resource
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -17,6 +19,11 @@ from knotfem.solver import linear
 from knotfem.solver.march import Accepted
 from knotfem.solver.system import System
 
+CONTACT = ("contact", "friction", "cylinder", "cylinder friction")
+"""Effects whose time counts as contact; that of all others is assembly."""
+SOLVER_PARTS = {"analysis": "factorisation", "factorisation": "factorisation", "solve": "solve"}
+"""Parts of the solver by what they count as; the others (pattern, constraints) are assembly."""
+
 
 class Summary:
     """Gathers the figures of a run over all its sessions."""
@@ -26,10 +33,14 @@ class Summary:
         body = model.body
         diameter = min(rod.scene.diameter for rod in body.rods)
         self._diameter = diameter
+        self._phase, self._since = "", (0.0, 0.0)
+        self._seen_clock: dict[str, tuple[float, float]] = {}
+        self._seen_counts = (0, 0)
         self.figures: dict[str, Any] = {
             "phases": {},
             "effects": {},
             "solver_cpu_s": {},
+            "costs": {part: _nothing() for part in ("assembly", "contact", "factorisation", "solve", "output")},
             "absent_effects": dict(model.absent),
             "dofs": 3 * body.nodes,
             "hexes": body.hexes,
@@ -56,17 +67,39 @@ class Summary:
         self.figures["linear_solver"] = linear.available()[0] if name == "auto" else name
         return self.figures["linear_solver"]
 
-    def phase(self, name: str, began_wall: float, began_cpu: float) -> None:
-        """A phase, or a session's part of it, has ended."""
-        entry = self.figures["phases"].setdefault(name, {"wall_s": 0.0, "cpu_s": 0.0})
-        entry["wall_s"] += time.perf_counter() - began_wall
-        entry["cpu_s"] += time.process_time() - began_cpu
+    def begin_phase(self, name: str) -> None:
+        """A phase, or a session's part of it, begins."""
+        self._phase, self._since = name, (time.perf_counter(), time.process_time())
+        self._seen_clock, self._seen_counts = {}, (0, 0)
+
+    def book(self, system: System | None = None) -> None:
+        """Book what the phase took since it began or was booked last.
+
+        Args:
+            system: the one at work, if any.
+        """
+        if not self._phase:
+            return
+        now, (wall, cpu) = (time.perf_counter(), time.process_time()), self._since
+        _add(self.figures["phases"].setdefault(self._phase, _nothing()), now[0] - wall, now[1] - cpu)
+        self._since = now
+        if system is not None:
+            self._book_system(system)
+
+    @contextmanager
+    def output(self) -> Iterator[None]:
+        """Books what happens inside as output."""
+        wall, cpu = time.perf_counter(), time.process_time()
+        try:
+            yield
+        finally:
+            _add(self.figures["costs"]["output"], time.perf_counter() - wall, time.process_time() - cpu)
 
     def stretch(self, stretches: list[np.ndarray]) -> None:
         """Stretch of the mapping at its increments."""
         self.figures["max_stretch_deviation"] = max(float(np.abs(s - 1.0).max()) for s in stretches)
 
-    def output(self, balance: Balance) -> None:
+    def balance(self, balance: Balance) -> None:
         """Outputs of a loading step are due."""
         f = self.figures
         f["max_imbalance_N"] = max(f["max_imbalance_N"], balance.imbalance)
@@ -84,18 +117,24 @@ class Summary:
         f["max_penetration_over_d"] = max(f["max_penetration_over_d"], balance.penetration / self._diameter)
         f["final_force_N"] = balance.force
 
-    def system(self, system: System) -> None:
-        """A step's system has done its work."""
+    def _book_system(self, system: System) -> None:
         names = {effect.name for effect in system.effects}
-        for name, seconds in system.clock.cpu.items():
+        for name, cpu in system.clock.cpu.items():
+            before = self._seen_clock.get(name, (0.0, 0.0))
+            now = (system.clock.wall[name], cpu)
+            self._seen_clock[name] = now
+            wall_s, cpu_s = now[0] - before[0], now[1] - before[1]
             if name in names:
-                entry = self.figures["effects"].setdefault(name, {"cpu_s": 0.0, "share": 0.0})
-                entry["cpu_s"] += seconds
+                self.figures["effects"].setdefault(name, {"cpu_s": 0.0, "share": 0.0})["cpu_s"] += cpu_s
+                part = "contact" if name in CONTACT else "assembly"
             else:
                 parts = self.figures["solver_cpu_s"]
-                parts[name] = parts.get(name, 0.0) + seconds
-        self.figures["analyses"] += system.analyses
-        self.figures["factorisations"] += system.factorisations
+                parts[name] = parts.get(name, 0.0) + cpu_s
+                part = SOLVER_PARTS.get(name, "assembly")
+            _add(self.figures["costs"][part], wall_s, cpu_s)
+        self.figures["analyses"] += system.analyses - self._seen_counts[0]
+        self.figures["factorisations"] += system.factorisations - self._seen_counts[1]
+        self._seen_counts = (system.analyses, system.factorisations)
 
     def knots(self, before: dict[str, Any] | None, after: dict[str, Any]) -> None:
         """Knots before the first and after the last step."""
@@ -106,6 +145,7 @@ class Summary:
 
     def finish(self, energies: dict[str, float]) -> None:
         """Write the file."""
+        self.book()
         f = self.figures
         total = sum(entry["cpu_s"] for entry in f["phases"].values())
         for entry in f["effects"].values():
@@ -122,3 +162,12 @@ class Summary:
         """From a checkpoint; what this session's model says of itself stays."""
         own = {key: self.figures[key] for key in ("absent_effects", "dofs", "hexes")}
         self.figures = {**json.loads(state["figures"]), **own}
+
+
+def _nothing() -> dict[str, float]:
+    return {"wall_s": 0.0, "cpu_s": 0.0}
+
+
+def _add(entry: dict[str, float], wall: float, cpu: float) -> None:
+    entry["wall_s"] += wall
+    entry["cpu_s"] += cpu

@@ -35,6 +35,7 @@ class Solver(Table):
     Attributes:
         linear: "auto" takes PARDISO where it is there and SuperLU elsewhere, and records which.
         force_tolerance: largest out-of-balance nodal force [N].
+        move_over_diameter: largest move of a node in a step that is aimed at; limits the time step.
         max_iterations: Newton iterations of one step.
         max_cutbacks: how often in a row a failed step is shortened.
         threads: 0 for as many as there are.
@@ -43,6 +44,7 @@ class Solver(Table):
 
     linear: Literal["auto", "pardiso", "superlu"] = "auto"
     force_tolerance: PositiveForce = 1e-5
+    move_over_diameter: Annotated[Number, Field(gt=0.0)] = 0.5
     max_iterations: Annotated[Integer, Field(ge=1)] = 30
     max_cutbacks: Annotated[Integer, Field(ge=0)] = 12
     threads: Annotated[Integer, Field(ge=0)] = 0
@@ -63,3 +65,21 @@ class Output(Table):
     every_displacement: PositiveLength = 3.0
     every_time: PositiveDuration = 1.0
     checkpoint_every: PositiveDuration = 60.0
+
+
+class Accuracy(Table):
+    """What the settings of a scene were measured to promise; a record, it changes nothing.
+
+    Attributes:
+        wanted: largest relative error that was asked for.
+        measured: relative error of these settings plus the reference's own uncertainty.
+        quantity: what the error is of, such as "force".
+        scene: on which it was measured.
+        rung: of its cost ladder.
+    """
+
+    wanted: Annotated[Number, Field(gt=0.0)]
+    measured: Annotated[Number, Field(ge=0.0)]
+    quantity: str
+    scene: str
+    rung: str
