@@ -80,3 +80,19 @@ def make_formulation(name: str, quads: np.ndarray, height: float) -> Formulation
             weights[:, point] = np.linalg.det(jacobian) * height / len(axial)
             point += 1
     return Formulation(grads, weights, shapes, np.ones((points, 1)))
+
+
+def lumped_mass(elements: np.ndarray, formulation: Formulation, density: float, nodes: int) -> np.ndarray:
+    """Row-sum mass [tonne] of the bulk, shape [nodes].
+
+    Args:
+        elements: connectivity, shape [slices, quads, n].
+        formulation: tables of one slice.
+        density: [tonne/mm^3].
+        nodes: length of the result.
+    """
+    share = density * np.einsum("qp,pa->qa", formulation.weights, formulation.shapes)
+    mass = np.zeros(nodes)
+    for layer in elements:
+        np.add.at(mass, layer, share)
+    return mass

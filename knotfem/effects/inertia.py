@@ -6,26 +6,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from knotfem.effects.formulation import Formulation
 from knotfem.solver.effect import Effect, StepStart
 from knotfem.solver.schemes import Scheme
 from knotfem.solver.sparsity import Matrix
-
-
-def lumped_mass(elements: np.ndarray, formulation: Formulation, density: float, nodes: int) -> np.ndarray:
-    """Row-sum mass [tonne] of the bulk, shape [nodes].
-
-    Args:
-        elements: connectivity, shape [slices, quads, n].
-        formulation: tables of one slice.
-        density: [tonne/mm^3].
-        nodes: length of the result.
-    """
-    share = density * np.einsum("qp,pa->qa", formulation.weights, formulation.shapes)
-    mass = np.zeros(nodes)
-    for layer in elements:
-        np.add.at(mass, layer, share)
-    return mass
 
 
 @dataclass
@@ -76,6 +59,7 @@ class Drag(Effect):
 
     def __post_init__(self) -> None:
         self.name = "drag"
+        self.viscous = True
 
     def begin(self, start: StepStart) -> None:
         self._start = start

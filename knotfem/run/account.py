@@ -6,12 +6,13 @@ from dataclasses import asdict, dataclass, field
 
 import numpy as np
 
+from knotfem.effects.registry import REGISTERED
 from knotfem.run.model import Model, StepSystem
 from knotfem.solver.effect import StepStart
 from knotfem.solver.newton import out_of_balance
 
-EXTERNAL = ("gravity", "cylinder", "cylinder friction", "load")
-"""Effects whose forces come from outside the rods, besides the supports."""
+EXTERNAL = ("gravity", "cylinder", "cylinder friction", "load", *REGISTERED)
+"""Effects whose forces come from outside the rods, besides the supports; the viscous ones are counted apart."""
 
 
 @dataclass
@@ -19,7 +20,8 @@ class Energies:
     """Energy account since the start of the last relaxing or the first loading step [N mm].
 
     Stored: elastic, contact, gravity, kinetic, each the present value. Summed: work of supports and loads, and what
-    friction, drag and the time integration took.
+    friction, drag and the time integration took. Of registered effects by name: what the viscous ones took, and the
+    energy stored in the field of the others.
     """
 
     work: float = 0.0
@@ -32,15 +34,22 @@ class Energies:
     kinetic: float = 0.0
     stored_at_start: float = 0.0
     turnover: float = 0.0
+    taken_by: dict[str, float] = field(default_factory=dict)
+    stored_by: dict[str, float] = field(default_factory=dict)
 
     @property
     def stored(self) -> float:
-        return self.elastic + self.contact + self.gravity + self.kinetic
+        return self.elastic + self.contact + self.gravity + self.kinetic + sum(self.stored_by.values())
+
+    @property
+    def of_registered(self) -> dict[str, float]:
+        """What each registered effect took or stores."""
+        return {**self.taken_by, **self.stored_by}
 
     @property
     def missing(self) -> float:
         """Work put in that is neither stored nor dissipated."""
-        taken = self.friction + self.drag + self.numerical
+        taken = self.friction + self.drag + self.numerical + sum(self.taken_by.values())
         return self.work - (self.stored - self.stored_at_start) - taken
 
 
@@ -55,8 +64,8 @@ class Balance:
         sliding: those of them beyond the stick distance.
         penetration: deepest [mm].
         imbalance: size of the sum of all external forces, drag and inertia not counted [N].
-        drag_force: size of the sum of the drag [N].
-        unrest: largest running sum of drag and inertia from section to section: what static balance lacks [N].
+        drag_force: size of the sum of all viscous forces [N].
+        unrest: largest running sum of viscous forces and inertia over sections: what static balance lacks [N].
         reactions: force on each end that is held, driven or loaded, by label [N].
     """
 
@@ -76,6 +85,8 @@ class Account:
 
     def __init__(self, model: Model) -> None:
         self.model = model
+        self.registered = [effect for effect in model.effects if effect.name in REGISTERED]
+        self._viscous = [effect.name for effect in model.effects if effect.viscous]
         self.energies = Energies()
         self.end_forces: dict[str, list[float]] = {}
         self._forces: dict[str, np.ndarray] | None = None
@@ -115,6 +126,9 @@ class Account:
         e.turnover += abs(supports - work("load"))
         e.friction += work("friction") + work("cylinder friction")
         e.drag += work("drag")
+        for effect in self.registered:
+            if effect.viscous:
+                e.taken_by[effect.name] = e.taken_by.get(effect.name, 0.0) + work(effect.name)
         self._store(x, v)
         e.numerical += work("inertia") - (e.kinetic - kinetic)
         self._forces = forces
@@ -125,6 +139,7 @@ class Account:
         e.elastic = sum(effect.energy(x) for effect in model.body.elastic)
         e.contact = sum(effect.energy(x) for name in ("contact", "cylinder") for effect in model.named(name))
         e.gravity = sum(effect.energy(x) for effect in model.named("gravity"))
+        e.stored_by = {effect.name: effect.energy(x) for effect in self.registered if not effect.viscous}
         inertial = model.scheme.inertial
         e.kinetic = 0.5 * float(np.einsum("n,ni,ni->", model.body.mass, v, v)) if inertial else 0.0
 
@@ -132,7 +147,7 @@ class Account:
         reactions = {label: total[nodes].sum(axis=0) for label, nodes in step.supports.items()}
         external = sum(reactions.values(), np.zeros(3))
         for name in EXTERNAL:
-            if name in forces:
+            if name in forces and name not in self._viscous:
                 external = external - forces[name].sum(axis=0)
         on_ends = {**reactions}
         for label, nodes, _ in step.drives:
@@ -153,13 +168,13 @@ class Account:
             sum(f.sliding for f in rubbing),
             max((c.penetration for c in contacts), default=0.0),
             float(np.linalg.norm(external)),
-            float(np.linalg.norm(forces["drag"].sum(axis=0))) if "drag" in forces else 0.0,
+            float(np.linalg.norm(sum((forces[name].sum(axis=0) for name in self._viscous), np.zeros(3)))),
             self._unrest(forces),
             dict(self.end_forces),
         )
 
     def _unrest(self, forces: dict[str, np.ndarray]) -> float:
-        moving = [forces[name] for name in ("inertia", "drag") if name in forces]
+        moving = [forces[name] for name in ("inertia", *self._viscous) if name in forces]
         if not moving:
             return 0.0
         nothing = np.zeros_like(moving[0], dtype=bool)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,17 +15,18 @@ from knotfem.centerline import validate
 from knotfem.centerline.curve import interpolate, read_centerline
 from knotfem.centerline.resample import equal_chords
 from knotfem.centerline.smoothing import laplacian
-from knotfem.effects.core import Core
 from knotfem.effects.elasticity import Elasticity
-from knotfem.effects.formulation import make_formulation
-from knotfem.effects.inertia import lumped_mass
-from knotfem.effects.penalty import Penalty
+from knotfem.effects.formulation import lumped_mass, make_formulation
 from knotfem.mesh.rod import RodMesh, extrude
 from knotfem.mesh.section import read_section
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import CURVE_SUFFIXES, Rod
 from knotfem.solver import schemes
 from knotfem.solver.effect import Effect
+
+if TYPE_CHECKING:
+    from knotfem.effects.core import Core
+    from knotfem.effects.penalty import Penalty
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +77,10 @@ class RodBody:
         area = float(self.bulk.formulation.weights.sum()) / self.mesh.element_length
         return self.scene.material.youngs_modulus * area + (self.core.axial_stiffness if self.core else 0.0)
 
+    def lumped(self, density: float) -> np.ndarray:
+        """Mass of each node at this density, shape [nodes of the rod]."""
+        return lumped_mass(self.bulk.elements - self.first, self.bulk.formulation, density, len(self.mesh.nodes))
+
     def end_nodes(self, side: str) -> np.ndarray:
         """Nodes of the section at "start" or "end"."""
         return self.section_nodes[0 if side == "start" else -1]
@@ -99,21 +106,24 @@ class Body:
     Attributes:
         scene: what the user asked for.
         rods: in the scene's order.
-        mass: lumped, of all nodes [tonne].
         shift_weights: share of each node in the volume, summing to one.
         sections: cross-section of each node, counted through all rods.
     """
 
     scene: Scene
     rods: list[RodBody]
-    mass: np.ndarray
     shift_weights: np.ndarray
     sections: np.ndarray
     warnings: list[str] = field(default_factory=list)
 
     @property
     def nodes(self) -> int:
-        return self.mass.size
+        return self.shift_weights.size
+
+    @cached_property
+    def mass(self) -> np.ndarray:
+        """Lumped, of all nodes [tonne]; made when an effect first asks for it."""
+        return np.concatenate([rod.lumped(rod.scene.material.density) for rod in self.rods])
 
     @property
     def hexes(self) -> int:
@@ -122,6 +132,8 @@ class Body:
     @property
     def law(self) -> Penalty:
         """Penalty law in units of the thinnest rod and the softest material."""
+        from knotfem.effects.penalty import Penalty
+
         c = self.scene.contact
         d = min(rod.scene.diameter for rod in self.rods)
         modulus = min(rod.scene.material.youngs_modulus for rod in self.rods)
@@ -196,7 +208,7 @@ def build_body(scene: Scene) -> Body:
     Raises:
         InputError: a centreline or a section that cannot be.
     """
-    rods, masses, volumes, sections = [], [], [], []
+    rods, volumes, sections = [], [], []
     first = 0
     for rod in scene.rods:
         mesh = mesh_of(rod)
@@ -206,14 +218,16 @@ def build_body(scene: Scene) -> Body:
         elements = mesh.hexes.reshape(slices, len(section.quads), -1) + first
         material = rod.material
         bulk = Elasticity(elements, form, material.shear_modulus, material.bulk_modulus)
-        core = Core(mesh.core + first, mesh.element_length, rod.core.axial_stiffness) if rod.core is not None else None
+        core = None
+        if rod.core is not None:
+            from knotfem.effects.core import Core
+
+            core = Core(mesh.core + first, mesh.element_length, rod.core.axial_stiffness)
         body = RodBody(
             rod, mesh, first, centreline_of(rod, slices, scene), bulk, core, mesh.section_nodes + first, points
         )
         rods.append(body)
-        local = elements - first
-        masses.append(lumped_mass(local, form, material.density, len(mesh.nodes)))
-        volumes.append(lumped_mass(local, form, 1.0, len(mesh.nodes)))
+        volumes.append(body.lumped(1.0))
         offset = 0 if not sections else int(sections[-1][-1]) + 1
         sections.append(offset + np.repeat(np.arange(slices + 1), len(points)))
         first += len(mesh.nodes)
@@ -221,7 +235,6 @@ def build_body(scene: Scene) -> Body:
     return Body(
         scene,
         rods,
-        np.concatenate(masses),
         volume / volume.sum(),
         np.concatenate(sections),
         [warning for rod in rods for warning in rod.target.warnings],

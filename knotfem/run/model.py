@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from importlib import import_module
 
 import numpy as np
 
 from knotfem.errors import InputError
 from knotfem.run.build import Body, RodBody, make_scheme
-from knotfem.scene.model import Scene
+from knotfem.run.registry import REGISTRY
 from knotfem.scene.steps import Clamped, Driven, Load, Loaded, Pinned, Pull, Step
 from knotfem.solver.effect import Effect
 from knotfem.solver.linear import make_solver
@@ -40,85 +41,14 @@ class Model:
 
 def build_model(body: Body) -> Model:
     """Effects of a scene; an absent one is not imported, holds no memory and is not visited."""
-    scene = body.scene
-    model = Model(body, make_scheme(scene), list(body.elastic))
-    if all(rod.core is None for rod in body.rods):
-        model.absent["core"] = "no rod has one"
-    _add_mass(model, scene)
-    _add_contact(model, scene)
+    model = Model(body, make_scheme(body.scene), list(body.elastic))
+    for registered in REGISTRY:
+        reason = registered.absent(body.scene)
+        if reason:
+            model.absent[registered.name] = reason
+        elif registered.make is not None:
+            model.effects.extend(registered.make(import_module(registered.module), model))
     return model
-
-
-def _add_mass(model: Model, scene: Scene) -> None:
-    mass, effects = model.body.mass, model.effects
-    if model.scheme.inertial:
-        from knotfem.effects.inertia import Inertia
-
-        effects.append(Inertia(mass, model.scheme))
-    else:
-        model.absent["inertia"] = 'inertia.scheme is "quasi-static"'
-    if scene.drag is not None and scene.drag.rate > 0.0:
-        from knotfem.effects.inertia import Drag
-
-        effects.append(Drag(mass, scene.drag.rate, model.scheme))
-    else:
-        model.absent["drag"] = "not in the scene" if scene.drag is None else "its rate is 0"
-    if scene.gravity is not None and scene.gravity.acceleration > 0.0:
-        from knotfem.effects.gravity import Gravity
-
-        direction = np.array(scene.gravity.direction)
-        effects.append(Gravity(mass, scene.gravity.acceleration * direction / np.linalg.norm(direction)))
-    else:
-        model.absent["gravity"] = "not in the scene" if scene.gravity is None else "its acceleration is 0"
-
-
-def _add_contact(model: Model, scene: Scene) -> None:
-    if not scene.contact.enabled:
-        for name in ("contact", "friction", "cylinder", "cylinder friction"):
-            model.absent[name] = "contact.enabled is false"
-        return
-    from knotfem.effects.contact import Contact
-    from knotfem.effects.tube import make_samples, make_tubes
-
-    body, law = model.body, model.body.law
-    tubes = make_tubes(
-        [rod.mesh.ring_nodes + rod.first for rod in body.rods],
-        [rod.axis_nodes for rod in body.rods],
-        [rod.mesh.element_length for rod in body.rods],
-        [rod.mesh.radius for rod in body.rods],
-        [rod.mesh.radius * rod.mesh.node_scale for rod in body.rods],
-    )
-    spacing = scene.contact.sample_spacing_over_diameter * min(rod.scene.diameter for rod in body.rods)
-    samples = make_samples(tubes, spacing)
-    contact = Contact(tubes, samples, law)
-    model.effects.append(contact)
-    names = [rod.scene.name for rod in body.rods]
-    between = np.array([[scene.friction_between(a, b) for b in names] for a in names])
-    if between.max() > 0.0 or any(step.friction_schedule for step in scene.steps):
-        from knotfem.effects.friction import Friction
-
-        model.effects.append(Friction(contact, between))
-    else:
-        model.absent["friction"] = "all coefficients between rods are 0"
-    if not scene.obstacles:
-        model.absent["cylinder"] = model.absent["cylinder friction"] = "the scene has no obstacle"
-        return
-    from knotfem.effects.cylinder import Cylinder
-
-    rubbing = False
-    for obstacle in scene.obstacles:
-        axis = np.array(obstacle.axis, dtype=float)
-        axis /= np.linalg.norm(axis)
-        cylinder = Cylinder(samples, law, np.array(obstacle.point), axis, 0.5 * obstacle.diameter)
-        model.effects.append(cylinder)
-        mu = np.array([scene.friction_between(name, obstacle.name) for name in names])
-        if mu.max() > 0.0:
-            from knotfem.effects.cylinder import CylinderFriction
-
-            model.effects.append(CylinderFriction(cylinder, mu))
-            rubbing = True
-    if not rubbing:
-        model.absent["cylinder friction"] = "all coefficients of obstacles are 0"
 
 
 @dataclass(eq=False)

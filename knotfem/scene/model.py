@@ -6,8 +6,9 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from knotfem.scene.control import Output, Solver, Tie
+from knotfem.scene.control import Accuracy, Output, Solver, Tie
 from knotfem.scene.effects import Contact, Cylinder, Drag, Gravity, Inertia
+from knotfem.scene.registered import RegisteredEffects, no_effects
 from knotfem.scene.rods import Rod
 from knotfem.scene.steps import Relax, RodEnds, Step
 from knotfem.scene.table import Name, Table, known_name, refusal
@@ -25,10 +26,12 @@ class Scene(Table):
         contact: between rods and with obstacles.
         gravity: weight, or none.
         drag: viscous drag, or none.
+        effects: settings of others, by name: see `knotfem.effects.registry`.
         inertia: time integration.
         tie: mapping of the straight rods into the knot.
         solver: Newton's method.
         output: what is written.
+        accuracy: what mesh and solver settings were measured to promise, where they come from a cost table.
         steps: after the mapping, in order; an end that a step does not mention is clamped.
     """
 
@@ -40,10 +43,12 @@ class Scene(Table):
     contact: Contact = Contact()
     gravity: Gravity | None = None
     drag: Drag | None = None
+    effects: RegisteredEffects = Field(default_factory=no_effects)
     inertia: Inertia = Inertia()
     tie: Tie = Tie()
     solver: Solver = Solver()
     output: Output = Output()
+    accuracy: Accuracy | None = None
     steps: tuple[Step, ...] = ()
 
     @property

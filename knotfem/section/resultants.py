@@ -7,12 +7,15 @@ paper's Section 5.1), and stresses integrated over the planes of integration poi
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knotfem.effects.core import Core
 from knotfem.effects.elasticity import Elasticity
 from knotfem.effects.stress import stress_state
+
+if TYPE_CHECKING:
+    from knotfem.effects.core import Core
 
 
 @dataclass(frozen=True, eq=False)

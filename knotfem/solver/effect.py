@@ -57,10 +57,12 @@ class Effect:
 
     Attributes:
         symmetric: whether the tangent is symmetric.
+        viscous: whether it is a resistance of the surroundings, which takes work and is nothing at rest.
     """
 
     name: str = field(default="", init=False)
     symmetric: bool = field(default=True, init=False)
+    viscous: bool = field(default=False, init=False)
 
     def keys(self, nodes: int) -> np.ndarray | None:
         """Adjacency keys (see `Pattern.from_keys`) that the tangent needs; None when the diagonal is enough."""

@@ -115,6 +115,17 @@ def add_blocks(nodes, blocks, node_ptr, node_adj, upper, data):
     return True
 
 
+@njit(cache=True)
+def add_node_blocks(nodes, blocks, node_ptr, node_adj, upper, data):
+    """Add to the diagonal block of each of `nodes` (n,) its own `blocks` (n, 3, 3). Returns whether all have one."""
+    one = np.empty(1, np.int64)
+    complete = True
+    for k in range(nodes.size):
+        one[0] = nodes[k]
+        complete &= add_blocks(one, blocks[k], node_ptr, node_adj, upper, data)
+    return complete
+
+
 @dataclass(frozen=True, eq=False)
 class Pattern:
     """Sparsity of a matrix over nodes with three unknowns each.
