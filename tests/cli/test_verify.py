@@ -1,0 +1,75 @@
+"""`knotfem verify`: table, files and exit codes, with cases made up for the purpose."""
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from knotfem.errors import NotConverged
+from knotfem.verify import suite
+from knotfem.verify.verdict import Case, Quantity
+from knotfem_cli.verify import verify
+
+
+def right() -> list[Quantity]:
+    return [Quantity("force [N]", 1.004, 1.0, 0.01), Quantity("gap [mm]", 0.1, 0.2, kind="at most")]
+
+
+def wrong() -> list[Quantity]:
+    return [Quantity("force [N]", 1.02, 1.0, 0.01)]
+
+
+def fails() -> list[Quantity]:
+    raise NotConverged("no balance [found]")
+
+
+@pytest.fixture(autouse=True)
+def made_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    cases = [
+        Case("one", right, "right", "a book", "a mesh", "a"),
+        Case("one", wrong, "wrong", "a book", "a mesh", "b"),
+        Case("two", fails, "fails", "a book"),
+    ]
+    monkeypatch.setattr(suite, "closed_forms", lambda: cases)
+
+
+def test_all_green() -> None:
+    result = CliRunner().invoke(verify, ["--only", "one:a"])
+    assert result.exit_code == 0
+    for text in ("one:a", "force [N]", "a book", "+0.40 %", "<= 0.2", "pass", "1 cases, 0 failed"):
+        assert text in result.output
+
+
+@pytest.mark.parametrize("name", ["one", "one:b", "two"])
+def test_a_failed_verdict_ends_with_4(name: str) -> None:
+    result = CliRunner().invoke(verify, ["--only", name])
+    assert result.exit_code == 4
+    assert "FAIL" in result.output
+
+
+def test_an_unknown_case_is_refused() -> None:
+    result = CliRunner().invoke(verify, ["--only", "three"])
+    assert result.exit_code == 3
+    assert "no such case; found three; expected one, two" in result.output
+
+
+def test_quiet_says_nothing() -> None:
+    assert CliRunner().invoke(verify, ["--quiet", "--only", "one:a"]).output == ""
+
+
+def test_json_and_csv_hold_the_same(tmp_path: Path) -> None:
+    result = CliRunner().invoke(verify, ["--log-format", "json", "-o", str(tmp_path / "table.csv")])
+    assert result.exit_code == 4
+    lines = [json.loads(line) for line in result.output.splitlines()]
+    with (tmp_path / "table.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [row["verdict"] for row in rows] == [line["verdict"] for line in lines] == ["pass", "pass", "FAIL", "FAIL"]
+    assert [row["case"] for row in rows] == ["one:a", "one:a", "one:b", "two"]
+    assert float(rows[0]["found"]) == lines[0]["found"] == 1.004
+    assert "no balance" in rows[3]["quantity"]
+
+
+def test_settings_are_fixed() -> None:
+    assert CliRunner().invoke(verify, ["--set", "solver.linear=superlu"]).exit_code == 3
