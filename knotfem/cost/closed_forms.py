@@ -1,0 +1,111 @@
+"""Closed forms of scenes that have one, each with how far the solid may be from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from knotfem.scene.model import Scene
+from knotfem.scene.rods import Rod
+from knotfem.scene.steps import Clamped, Driven, Free, Loaded, Pull
+
+TURNS = {"capstan_half": np.pi}
+"""Angle of contact of shipped centrelines that go round a cylinder [rad]."""
+CAPSTAN_BOUND = 0.05
+"""What the capstan's law leaves out: bending (T >> B/rho^2 is required) and how contact sets in."""
+
+
+@dataclass(frozen=True)
+class ClosedForm:
+    """A value from theory.
+
+    Attributes:
+        quantity: see `quantities`.
+        value: [mm] or [N].
+        bound: largest relative deviation of a correct solution of this scene.
+        source: for people.
+    """
+
+    quantity: str
+    value: float
+    bound: float
+    source: str
+
+
+def closed_form(scene: Scene) -> ClosedForm | None:
+    """The closed form of a scene, or None."""
+    return _cantilever(scene) or _capstan(scene)
+
+
+def heavy_cantilever(load: float) -> float:
+    """Sag over length of a horizontal inextensible cantilever under its own weight, theta'' = -load (1 - s) cos theta.
+
+    Args:
+        load: weight a length times length^3 over bending stiffness.
+    """
+    from scipy.integrate import solve_ivp
+    from scipy.optimize import root_scalar
+
+    def hang(tip: float) -> np.ndarray:
+        """Slope, curvature and sag at the clamp for a slope at the tip, integrated from there."""
+        found = solve_ivp(
+            lambda u, y: [y[1], -load * u * np.cos(y[0]), np.sin(y[0])],
+            (0.0, 1.0),
+            [tip, 0.0, 0.0],
+            rtol=1e-10,
+            atol=1e-12,
+        )
+        return found.y[:, -1]
+
+    tip = root_scalar(lambda slope: hang(slope)[0], bracket=(1e-9, 0.5 * np.pi), xtol=1e-12).root
+    return float(hang(tip)[2])
+
+
+def capstan_ratio(friction: float, angle: float, rod_radius: float, cylinder_radius: float) -> float:
+    """Ratio of the forces on a thick rod that slips on a cylinder.
+
+    T2/T1 = exp(Lambda phi) with mu a Lambda^2 + Lambda = mu (1 - a), a = r/(R + r); for a = 0 the thin rope's law.
+    """
+    a = rod_radius / (cylinder_radius + rod_radius)
+    if friction * a == 0.0:
+        return float(np.exp(friction * angle))
+    quadratic = 4.0 * friction**2 * a * (1.0 - a)
+    return float(np.exp((np.sqrt(1.0 + quadratic) - 1.0) / (2.0 * friction * a) * angle))
+
+
+def _bending_stiffness(rod: Rod) -> float:
+    return rod.material.youngs_modulus * np.pi * rod.diameter**4 / 64.0
+
+
+def _cantilever(scene: Scene) -> ClosedForm | None:
+    (rod, *others), last = scene.rods, scene.steps[-1] if scene.steps else None
+    if others or last is None or scene.contact.enabled or scene.gravity is None or rod.centerline != "straight":
+        return None
+    ends = last.ends[rod.name]
+    if not isinstance(ends.start, Clamped) or not isinstance(ends.end, Free) or scene.rods[0].rotation.angle != 0.0:
+        return None
+    down = np.array(scene.gravity.direction) / np.linalg.norm(scene.gravity.direction)
+    if abs(down[0]) > 1e-12:
+        return None
+    weight = rod.material.density * np.pi * rod.diameter**2 / 4.0 * scene.gravity.acceleration
+    load = weight * rod.length**3 / _bending_stiffness(rod)
+    bound = 1e-4 if scene.model == "rod" else rod.diameter / (2.0 * rod.length)
+    source = "heavy elastica" if scene.model == "rod" else "heavy elastica; the clamped end holds the section's width"
+    return ClosedForm("sag", heavy_cantilever(load) * rod.length, bound, source)
+
+
+def _capstan(scene: Scene) -> ClosedForm | None:
+    rod, last = scene.rods[0], scene.steps[-1] if scene.steps else None
+    if len(scene.rods) > 1 or len(scene.obstacles) != 1 or not isinstance(last, Pull) or not scene.contact.enabled:
+        return None
+    start, end = last.ends[rod.name].start, last.ends[rod.name].end
+    if rod.centerline not in TURNS or not isinstance(start, Driven) or not isinstance(end, Loaded):
+        return None
+    obstacle = scene.obstacles[0]
+    rho = 0.5 * (obstacle.diameter + rod.diameter)
+    if end.force < 5.0 * _bending_stiffness(rod) / rho**2:
+        return None
+    mu = scene.friction_between(rod.name, obstacle.name)
+    ratio = capstan_ratio(mu, TURNS[rod.centerline], 0.5 * rod.diameter, 0.5 * obstacle.diameter)
+    return ClosedForm("force_end", end.force * ratio, CAPSTAN_BOUND, "capstan law of a thick rod")
