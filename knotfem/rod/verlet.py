@@ -78,12 +78,15 @@ def verlet(system: RodSystem, motion: Motion, mass: np.ndarray, dt: float, steps
         half = np.where(free, v + 0.5 * dt * a - 0.5 * dt * drag * v, v)
         begin(system, StepStart(Motion(x, v, a, time - dt), dt))
         after = np.where(free, x + dt * half, system.targets(time))
-        a = -inverse * _force(system, after)
+        try:
+            a = -inverse * _force(system, after)
+        except ZeroDivisionError:
+            a = np.full_like(x, np.nan)
         for effect in system.effects:
             effect.accept(after)
         v = np.where(free, (half + 0.5 * dt * a) / (1.0 + 0.5 * dt * drag), (after - x) / dt)
         x = after
-        if not np.all(np.isfinite(x)):
+        if not np.all(np.isfinite(a)):
             raise NotConverged(f"the explicit motion blew up at {time:.6g} s; take a shorter step than {dt:.3g} s")
         yield Motion(x.copy(), v.copy(), a.copy(), time)
 

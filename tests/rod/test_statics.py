@@ -134,3 +134,19 @@ def test_twisted_ring_leaves_its_plane(ratio):
 
     assert not unstable(0.98 * critical)
     assert unstable(1.02 * critical)
+
+
+def test_twisted_rod_buckles():
+    """Greenhill (1883): a rod clamped at both ends, free to draw in, buckles at M L/B = 8.987, from tan(y/2) = y/2."""
+    critical = 8.98682
+
+    def lowest(torque):
+        model = still(line(60, LENGTH), axial=1e5)
+        twist = torque * BENDING / TWISTING
+        turn = turned(model.end_frame(0, "end"), np.array([1.0, 0.0, 0.0]), lambda t: twist * t)
+        settle(model, {(0, "start"): clamped(model.end_frame(0, "start")), (0, "end"): turn}, steps=6)
+        np.testing.assert_allclose(model.twist.torque(model.x), torque * BENDING / LENGTH, rtol=1e-9)
+        return np.linalg.eigvalsh(stiffness(model))[0]
+
+    assert lowest(0.99 * critical) > 0.0
+    assert lowest(1.01 * critical) < 0.0
