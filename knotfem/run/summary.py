@@ -40,6 +40,7 @@ class Summary:
             "phases": {},
             "effects": {},
             "solver_cpu_s": {},
+            "other_cpu_s": 0.0,
             "costs": {part: _nothing() for part in ("assembly", "contact", "factorisation", "solve", "output")},
             "absent_effects": dict(model.absent),
             "dofs": 3 * body.nodes,
@@ -52,6 +53,7 @@ class Summary:
             "peak_memory_mb": 0.0,
             "max_stretch_deviation": 0.0,
             "max_penetration_over_d": 0.0,
+            "min_jacobian": 1.0,
             "max_imbalance_N": 0.0,
             "max_imbalance_over_force": 0.0,
             "max_drag_force_N": 0.0,
@@ -116,6 +118,7 @@ class Summary:
         f["cutbacks"] += accepted.failed
         f["max_penetration_over_d"] = max(f["max_penetration_over_d"], balance.penetration / self._diameter)
         f["final_force_N"] = balance.force
+        f["min_jacobian"] = min([f["min_jacobian"], *(bulk.smallest_j for bulk in self.model.named("elasticity"))])
 
     def _book_system(self, system: System) -> None:
         names = {effect.name for effect in system.effects}
@@ -150,6 +153,8 @@ class Summary:
         total = sum(entry["cpu_s"] for entry in f["phases"].values())
         for entry in f["effects"].values():
             entry["share"] = entry["cpu_s"] / total if total > 0.0 else 0.0
+        booked = sum(entry["cpu_s"] for entry in f["effects"].values()) + sum(f["solver_cpu_s"].values())
+        f["other_cpu_s"] = total - booked - f["costs"]["output"]["cpu_s"]
         f["peak_memory_mb"] = max(f["peak_memory_mb"], resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0)
         f["energies_Nmm"] = energies
         self.run.write_summary(f)
