@@ -159,7 +159,7 @@ class March:
         x = p.motion.x
         if p.increment_dt > 0.0:
             move = p.increment * (start.dt / p.increment_dt)
-            x = x + min(effect.admissible(x, move) for effect in self.system.effects) * move
+            x = x + self.system.admissible(x, move) * move
         return newton.solve(self.system, x, start, self.settings, self.sections, p.shift)
 
     def _length(self, dt: float) -> tuple[float, bool]:

@@ -98,10 +98,10 @@ class System:
         if self.scheme.alpha_f > 0.0:
             here = StepStart(start.motion, 0.0)
             for effect in self.effects:
-                effect.begin(here)
+                self.clock.run(effect.name, effect.begin, here)
             self._start_residual = self._static(start.motion.x, None)[0]
         for effect in self.effects:
-            effect.begin(start)
+            self.clock.run(effect.name, effect.begin, start)
 
     def update(self, x: np.ndarray) -> None:
         """Let the effects follow new positions."""
@@ -167,7 +167,11 @@ class System:
 
     def advance(self, fraction: float) -> None:
         for effect in self.effects:
-            effect.advance(fraction)
+            self.clock.run(effect.name, effect.advance, fraction)
+
+    def admissible(self, x: np.ndarray, dx: np.ndarray) -> float:
+        """Fraction of a predicted move `dx` from x, shape [nodes, 3], that all effects let through."""
+        return min((self.clock.run(e.name, e.admissible, x, dx) for e in self.effects), default=1.0)
 
     def merit(self, x: np.ndarray) -> float:
         """Merit of the line search at x, with the effects' own unknowns at their full increment."""
@@ -177,7 +181,7 @@ class System:
         """Commit the step that ended at x."""
         motion = self.scheme.finish(x, start)
         for effect in self.effects:
-            effect.accept(x)
+            self.clock.run(effect.name, effect.accept, x)
         return motion
 
     def memory(self) -> dict[str, Arrays]:
@@ -205,7 +209,7 @@ class System:
         result: dict[str, np.ndarray] = {}
         for effect in self.effects:
             part = result.setdefault(effect.name, np.zeros((self.nodes, 3)))
-            effect.assemble(x, part, None)
+            self.clock.run(effect.name, effect.assemble, x, part, None)
         return result
 
     def close(self) -> None:
@@ -214,8 +218,9 @@ class System:
 
     def _build(self) -> Matrix:
         diagonal = np.arange(self.nodes, dtype=np.int64) * (self.nodes + 1)
-        parts = [keys for effect in self.effects if (keys := effect.keys(self.nodes)) is not None]
-        return self._fill(merge_keys(diagonal, *parts))
+        found = (self.clock.run(effect.name, effect.keys, self.nodes) for effect in self.effects)
+        keys = self.clock.run("pattern", merge_keys, diagonal, *(part for part in found if part is not None))
+        return self._fill(keys)
 
     def _fill(self, keys: np.ndarray) -> Matrix:
         self._keys = keys
