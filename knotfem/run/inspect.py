@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
+
+import numpy as np
 
 from knotfem.run.build import build_body
 from knotfem.run.model import build_model
 from knotfem.scene.model import Scene
-from knotfem.scene.steps import Pull
+from knotfem.scene.steps import Loaded, Pull
 from knotfem.solver import linear
+from knotfem.solver.effect import Effect
 
 MEMORY_MB = (330.0, 0.021)
 """Memory of a run: in all, and for each unknown; measured on the bowline at 15,000 and 96,000 unknowns."""
@@ -29,18 +33,37 @@ def check(scene: Scene) -> dict[str, Any]:
     unknowns = 3 * body.nodes
     pulled = sum(step.displacement for step in scene.loading_steps if isinstance(step, Pull))
     iterations = (150.0 if scene.tying_steps else 0.0) + ITERATIONS_A_MM * pulled
-    symmetric = all(effect.symmetric for effect in model.effects)
     return {
-        "effects": {effect.name: _says(effect) for effect in model.effects},
+        "effects": _effects(model.effects, scene),
         "absent": model.absent,
         "dofs": unknowns,
         "hexes": body.hexes,
-        "system": "symmetric" if symmetric else "unsymmetric (friction)",
+        "mapping": f"{', '.join(dict.fromkeys(e.name for e in body.elastic))} alone; tying has no contact",
+        "system": _symmetry(model.effects, scene),
         "linear_solver": linear.available()[0] if scene.solver.linear == "auto" else scene.solver.linear,
         "expected_memory_mb": round(MEMORY_MB[0] + MEMORY_MB[1] * unknowns),
         "expected_minutes": round(iterations * SECONDS_AN_ITERATION * unknowns / 60.0, 1),
         "warnings": body.warnings,
     }
+
+
+def _effects(effects: Sequence[Effect], scene: Scene) -> dict[str, str]:
+    """What runs, by name, with its figures; effects of one name side by side."""
+    said: dict[str, list[str]] = {}
+    for effect in effects:
+        said.setdefault(effect.name, []).append(_says(effect))
+    if loaded := [step.name for step in scene.steps if step.having(Loaded)]:
+        said["load"] = [f"in {', '.join(loaded)}"]
+    return {name: "; ".join(texts) for name, texts in said.items()}
+
+
+def _symmetry(effects: Sequence[Effect], scene: Scene) -> str:
+    """Whether the matrix is symmetric, and what decides; PARDISO then factorises it as such."""
+    culprits = list(dict.fromkeys(effect.name for effect in effects if not effect.symmetric))
+    ends = (end for step in scene.steps for end in step.all_ends().values())
+    if any(isinstance(end, Loaded) and end.following for end in ends):
+        culprits.append("following load, in its steps")
+    return f"unsymmetric ({', '.join(culprits)})" if culprits else "symmetric"
 
 
 def _says(effect: Any) -> str:
@@ -57,4 +80,8 @@ def _says(effect: Any) -> str:
             return f"EA {effect.axial_stiffness:.5g} N"
         case "drag":
             return f"{effect.rate:g} 1/s"
+        case "gravity":
+            return f"{np.linalg.norm(effect.acceleration) / 1000.0:.4g} m/s^2"
+        case "cylinder":
+            return f"diameter {2.0 * effect.radius:g} mm"
     return "on"
