@@ -10,18 +10,18 @@ from itertools import pairwise
 import numpy as np
 
 from knotfem.centerline.frames import rotation_minimising_frame, tangents
-from knotfem.effects.load import held
 from knotfem.errors import InputError, NotConverged
 from knotfem.run.build import Body, RodBody
 from knotfem.solver.effect import Motion, StepStart
-from knotfem.solver.linear import LinearSolver, make_solver
+from knotfem.solver.linear import make_solver
 from knotfem.solver.newton import Iterations, NewtonSettings, StepFailed, solve
 from knotfem.solver.schemes import Scheme
-from knotfem.solver.system import System
+from knotfem.solver.system import Prescribed, System
 from knotfem.tie import CentrelinePath, make_path, swept_state
 
-LOOSE = 1e-2
-"""Tolerance [N] of increments on the way; the last is solved to the scene's own."""
+LOOSE = 0.1
+"""Tolerance [N] of increments on the way, which only show that the solid can follow; the last is solved to the scene's
+own."""
 
 
 @dataclass(frozen=True)
@@ -70,19 +70,20 @@ def mapping(body: Body, paths: list[CentrelinePath], threads: int, solver_name: 
     times = [1.0] if tie.path == "direct" else [i / tie.increments for i in range(1, tie.increments + 1)]
     frames = [_carried_frames(path, times) for path in paths]
     solver = make_solver(solver_name, threads)
+    nodes = np.concatenate([_held_nodes(rod) for rod in body.rods])
+    x = np.empty((body.nodes, 3))
+    follow = Prescribed(nodes, lambda _: x[nodes])
+    system = System(body.elastic, body.nodes, solver, Scheme(), [follow], body.shift_weights)
     for number, mapping_time in enumerate(times):
         began = time.perf_counter()
         last = number == len(times) - 1
         stretch = [path.stretch(mapping_time) for path in paths]
         tolerance = settings.force_tolerance if last else max(LOOSE, settings.force_tolerance)
-        x, took = np.empty((body.nodes, 3)), Iterations()
-        solved = True
+        took, solved = Iterations(), True
         try:
-            held_nodes = [
+            for rod, path, frame, stretched in zip(body.rods, paths, frames, stretch, strict=True):
                 _sweep(x, rod, path.at(mapping_time), frame[number], stretched)
-                for rod, path, frame, stretched in zip(body.rods, paths, frames, stretch, strict=True)
-            ]
-            x, took = _balance(body, x, np.concatenate(held_nodes), solver, tolerance)
+            x, took = _balance(body, system, x, tolerance)
         except (InputError, StepFailed) as error:
             if last:
                 raise NotConverged(f"mapping: the last increment was not solved: {error}") from error
@@ -90,13 +91,14 @@ def mapping(body: Body, paths: list[CentrelinePath], threads: int, solver_name: 
         smallest = min(rod.bulk.smallest_j for rod in body.rods)
         wall = time.perf_counter() - began
         yield Increment(mapping_time, np.concatenate(stretch), took.count, solved, wall, x, smallest)
-    solver.close()
+    system.close()
 
 
-def _balance(
-    body: Body, x: np.ndarray, nodes: np.ndarray, solver: LinearSolver, tolerance: float
-) -> tuple[np.ndarray, Iterations]:
-    system = System(body.elastic, body.nodes, solver, Scheme(), [held(nodes, x[nodes])], body.shift_weights)
+def _held_nodes(rod: RodBody) -> np.ndarray:
+    return np.unique(np.concatenate([rod.axis_nodes, rod.section_nodes[0], rod.section_nodes[-1]]))
+
+
+def _balance(body: Body, system: System, x: np.ndarray, tolerance: float) -> tuple[np.ndarray, Iterations]:
     start = StepStart(Motion.at_rest(x), 1.0)
     system.begin(start)
     diameter = body.rods[0].scene.diameter
@@ -110,8 +112,8 @@ def _balance(
     return solve(system, x, start, settings, body.sections)
 
 
-def _sweep(x: np.ndarray, rod: RodBody, points: np.ndarray, start: np.ndarray, stretch: np.ndarray) -> np.ndarray:
-    """Put a rod's sections onto a centreline, free of stress history; returns the nodes to be held."""
+def _sweep(x: np.ndarray, rod: RodBody, points: np.ndarray, start: np.ndarray, stretch: np.ndarray) -> None:
+    """Put a rod's sections onto a centreline, free of stress history."""
     frames = rotation_minimising_frame(points, start)
     x[rod.section_nodes] = swept_state(
         points, frames, rod.section_points, rod.scene.material.poissons_ratio, stretch=stretch
@@ -119,7 +121,6 @@ def _sweep(x: np.ndarray, rod: RodBody, points: np.ndarray, start: np.ndarray, s
     rod.bulk.pressure[:] = 0.0
     if rod.core is not None:
         rod.core.force[:] = 0.0
-    return np.unique(np.concatenate([rod.axis_nodes, rod.section_nodes[0], rod.section_nodes[-1]]))
 
 
 def _carried_frames(path: CentrelinePath, times: list[float]) -> list[np.ndarray]:
