@@ -1,0 +1,152 @@
+"""An absent effect and one whose coefficient is zero give the same result; what decides the type of the matrix."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from derivatives import tangent
+from specimens import make_rod, surfaces
+
+from knotfem.effects.contact import Contact
+from knotfem.effects.core import Core
+from knotfem.effects.cylinder import Cylinder, CylinderFriction
+from knotfem.effects.friction import Friction
+from knotfem.effects.gravity import Gravity
+from knotfem.effects.inertia import Drag, Inertia
+from knotfem.effects.load import EndForce, FollowingForce, driven, held
+from knotfem.effects.penalty import Penalty
+from knotfem.effects.viscous import ViscousDrag
+from knotfem.solver.effect import Effect, Motion
+from knotfem.solver.linear import available, make_solver
+from knotfem.solver.march import March, Progress, StepControl
+from knotfem.solver.newton import NewtonSettings
+from knotfem.solver.schemes import BackwardEuler, Scheme
+from knotfem.solver.system import System
+
+SAME = 1e-12
+"""Of the rods' length."""
+LENGTH = 24.0
+LAW = Penalty(stiffness=11.4, ramp=0.2, stick=0.1)
+
+
+class Bench:
+    """A rod clamped at one end and moved sideways at the other, onto a second rod that crosses it.
+
+    Contact and cylinder are there for who asks for them.
+    """
+
+    def __init__(self, scheme: Scheme) -> None:
+        self.scheme = scheme
+        self.rods = [make_rod(LENGTH, 6, section=4), make_rod(LENGTH, 6, section=4, first=7 * 9)]
+        assert self.rods[1].first == len(self.rods[0].mesh.nodes)
+        first, second = (rod.mesh.nodes - [0.0, 0.0, 0.5 * LENGTH] for rod in self.rods)
+        turn = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+        self.x = np.vstack([first, second @ turn.T + [5.95, 0.0, 0.0]])
+        self.mass = np.concatenate([rod.mass for rod in self.rods])
+        self.sections = np.concatenate([self.rods[0].section_index, 7 + self.rods[1].section_index])
+        self.tubes, self.samples = surfaces(self.rods, 1.5)
+        self.contact = Contact(self.tubes, self.samples, LAW)
+        self.cylinder = self.obstacle(LAW)
+
+    def obstacle(self, law: Penalty) -> Cylinder:
+        return Cylinder(self.samples, law, np.array([-7.95, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]), 5.0)
+
+    def run(self, *more: Effect) -> np.ndarray:
+        """Positions after three steps of the rods with some effects."""
+        rod = self.rods[0]
+        x, ends = self.x, (rod.sections[0], rod.sections[-1])
+        others = np.concatenate([self.rods[1].sections[0], self.rods[1].sections[-1]])
+        motions = [
+            held(ends[0], x[ends[0]]),
+            held(others, x[others]),
+            driven(ends[1], x[ends[1]], np.array([1.0, 0.0, 0.0]), lambda time: 0.6 * time),
+        ]
+        effects = [*(rod.bulk for rod in self.rods), *more]
+        self.system = System(effects, len(x), make_solver("auto"), self.scheme, motions)
+        settings = NewtonSettings(1e-10, 1e-9, max_iterations=40, largest_move=10.0, endgame_move=10.0)
+        control = StepControl(first=0.1, smallest=0.1, largest=0.1, move=100.0)
+        steps = March(self.system, Progress.at(Motion.at_rest(x)), control, settings, self.sections, np.array([0.3]))
+        for _ in steps:
+            pass
+        return steps.progress.motion.x
+
+
+def _edges(bench: Bench) -> np.ndarray:
+    return np.concatenate([np.stack([rod.axis[:-1], rod.axis[1:]], axis=1) for rod in bench.rods])
+
+
+ZERO: dict[str, Callable[[Bench], tuple[list[Effect], Effect]]] = {
+    "core": lambda b: ([], Core(_edges(b), LENGTH / 6, 0.0)),
+    "inertia": lambda b: ([], Inertia(0.0 * b.mass, b.scheme)),
+    "drag": lambda b: ([], Drag(b.mass, 0.0, b.scheme)),
+    "gravity": lambda b: ([], Gravity(b.mass, np.zeros(3))),
+    "viscous_drag": lambda b: ([], ViscousDrag(_edges(b), np.full(12, LENGTH / 6), 0.0, 0.0, b.scheme)),
+    "load": lambda b: ([], EndForce(b.rods[0].sections[3], b.rods[0].end_weights, np.eye(3)[1], lambda time: 0.0)),
+    "following load": lambda b: (
+        [],
+        FollowingForce(b.rods[0].sections[3], b.rods[0].end_weights, *b.rods[0].axis[[2, 3]], lambda time: 0.0),
+    ),
+    "contact": lambda b: ([], Contact(b.tubes, b.samples, replace(LAW, stiffness=0.0))),
+    "friction": lambda b: ([b.contact], Friction(b.contact, np.zeros((2, 2)))),
+    "cylinder": lambda b: ([], b.obstacle(replace(LAW, stiffness=0.0))),
+    "cylinder friction": lambda b: ([b.cylinder], CylinderFriction(b.cylinder, np.zeros(2))),
+}
+
+
+@pytest.mark.parametrize("scheme", [Scheme(), BackwardEuler()], ids=lambda scheme: type(scheme).__name__)
+@pytest.mark.parametrize("name", list(ZERO))
+def test_coefficient_zero_is_the_same_as_absence(name: str, scheme: Scheme) -> None:
+    with_it, without = Bench(scheme), Bench(scheme)
+    before, zero = ZERO[name](with_it)
+    assert np.abs(with_it.run(*before, zero) - without.run(*ZERO[name](without)[0])).max() <= SAME * LENGTH
+    assert with_it.system.clock.calls[zero.name] > 0
+    assert zero.name not in without.system.clock.calls
+
+
+@pytest.mark.parametrize("name", ["drag", "gravity", "contact", "friction", "cylinder", "cylinder friction"])
+def test_the_bench_would_notice(name: str) -> None:
+    """With a coefficient that is not zero each effect moves the rods by more than a hundred times what is allowed."""
+    bench = Bench(Scheme())
+    edges = {
+        "drag": ([], Drag(bench.mass, 100.0, bench.scheme)),
+        "gravity": ([], Gravity(bench.mass, np.array([0.0, 9810.0, 0.0]))),
+        "contact": ([], bench.contact),
+        "friction": ([bench.contact], Friction(bench.contact, np.full((2, 2), 0.3))),
+        "cylinder": ([], bench.cylinder),
+        "cylinder friction": ([bench.cylinder], CylinderFriction(bench.cylinder, np.full(2, 0.3))),
+    }
+    before, effect = edges[name]
+    moved = bench.run(*before, effect)
+    assert np.abs(moved - Bench(Scheme()).run(*before)).max() > 100.0 * SAME * LENGTH
+
+
+def test_contact_without_friction_has_a_symmetric_tangent() -> None:
+    bench = Bench(Scheme())
+    x = bench.run(bench.contact)
+    assert np.count_nonzero(bench.contact.force) >= 2
+    full = tangent([bench.contact], x)
+    assert np.abs(full).max() > 1.0
+    assert np.abs(full - full.T).max() <= 1e-12 * np.abs(full).max()
+    upper = tangent([bench.contact], x, upper=True)
+    np.testing.assert_allclose(upper, full, atol=1e-12 * np.abs(full).max())
+
+
+def test_only_friction_and_following_loads_take_the_symmetry() -> None:
+    bench = Bench(BackwardEuler())
+    symmetric = {name: ZERO[name](bench)[1].symmetric for name in ZERO}
+    assert [name for name, value in symmetric.items() if not value] == [
+        "following load", "friction", "cylinder friction",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(("rubs", "kind"), [(False, -2), (True, 11)])
+def test_pardiso_is_told_the_type_of_the_matrix(rubs: bool, kind: int) -> None:
+    bench = Bench(Scheme())
+    bench.run(bench.contact, *([Friction(bench.contact, np.full((2, 2), 0.3))] if rubs else []))
+    assert bench.system.symmetric is not rubs
+    assert bench.system._build().pattern.upper is not rubs
+    if available()[0] == "pardiso":
+        assert vars(bench.system.solver)["_type"] == kind
