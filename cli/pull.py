@@ -27,12 +27,14 @@ if TYPE_CHECKING:
 @output_option
 @force_option
 @model_option
+@click.option("--accuracy", metavar="SHARE", help='Settings that were measured to reach it, such as "2%"; of a SCENE.')
 @shared_options
 def pull(
     source: str,
     output: Path | None,
     force: bool,
     model: str | None,
+    accuracy: str | None,
     overrides: tuple[str, ...],
     quiet: bool,
     log_format: str,
@@ -47,8 +49,15 @@ def pull(
       knotfem pull bowline
       knotfem tie bowline -o knot
       knotfem pull knot -o firm --set contact.friction=0.37
+      knotfem pull bowline --accuracy 2%
     """
-    run = _prepare(source, output, force, with_model(overrides, model))
+    overrides = with_model(overrides, model)
+    if accuracy is not None:
+        from knotfem.cost.accuracy import accurate_overrides
+
+        overrides, says = accurate_overrides(source, overrides, accuracy)
+        click.echo(says, err=True)
+    run = _prepare(source, output, force, overrides)
     from knotfem.run import driver
 
     with computing(run, quiet, log_format) as progress:

@@ -49,7 +49,7 @@ def plot_force(curves: Mapping[str, Table], out: str | Path, *, radius: float, t
     Raises:
         InputError: a column or the format is unknown, or the file cannot be written.
     """
-    with _axes(out, title) as axes:
+    with paper_axes(out, title) as axes:
         for colour, (label, table) in zip(_colours(curves), curves.items(), strict=True):
             displacement, force = _column(table, "displacement_mm"), _column(table, "force_N")
             axes.plot(displacement / radius, force, color=colour, label=label or None)
@@ -87,7 +87,7 @@ def plot_tension(
     Raises:
         InputError: a column or the format is unknown, or the file cannot be written.
     """
-    with _axes(out, title) as axes:
+    with paper_axes(out, title) as axes:
         for start, end in drops:
             axes.axvspan(start, end, color="0.93", lw=0)
         for level in levels:
@@ -132,7 +132,7 @@ def plot_stretch(
     shape = (len(times), len(arclength))
     if np.shape(stretch_by_time) != shape:
         raise ValueError(f"stretch has shape {np.shape(stretch_by_time)}, expected {shape}")
-    with _axes(out, title, width=4.2) as axes:
+    with paper_axes(out, title, width=4.2) as axes:
         from matplotlib.collections import LineCollection
 
         lines = [np.column_stack([arclength, stretch]) for stretch in stretch_by_time]
@@ -150,7 +150,7 @@ def plot_stretch(
 
 
 @contextmanager
-def _axes(out: str | Path, title: str | None, *, width: float = 3.6) -> Iterator[Axes]:
+def paper_axes(out: str | Path, title: str | None, *, width: float = 3.6) -> Iterator[Axes]:
     """Axes of a one-column figure, saved under a temporary name and renamed."""
     out = Path(out)
     if out.suffix.lower() not in SUFFIXES:

@@ -149,6 +149,7 @@ _ACCELERATION = ("an acceleration", "mm/s^2", "m/s^2", "9.81 m/s^2")
 _ANGLE = ("an angle", "rad", "deg", "90 deg")
 
 LENGTH = Quantity(*_LENGTH)
+DURATION = Quantity(*_TIME, minimum=0.0, open_minimum=True)
 
 Length = Annotated[float, LENGTH]
 Angle = Annotated[float, Quantity(*_ANGLE)]
@@ -157,7 +158,7 @@ Force = Annotated[float, Quantity(*_FORCE, minimum=0.0)]
 Rate = Annotated[float, Quantity(*_RATE, minimum=0.0)]
 Acceleration = Annotated[float, Quantity(*_ACCELERATION, minimum=0.0)]
 PositiveLength = Annotated[float, Quantity(*_LENGTH, minimum=0.0, open_minimum=True)]
-PositiveDuration = Annotated[float, Quantity(*_TIME, minimum=0.0, open_minimum=True)]
+PositiveDuration = Annotated[float, DURATION]
 PositiveForce = Annotated[float, Quantity(*_FORCE, minimum=0.0, open_minimum=True)]
 PositivePressure = Annotated[float, Quantity(*_PRESSURE, minimum=0.0, open_minimum=True)]
 PositiveSpeed = Annotated[float, Quantity(*_SPEED, minimum=0.0, open_minimum=True)]

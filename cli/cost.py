@@ -1,0 +1,76 @@
+"""`knotfem cost`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+from knotfem_cli.common import Verb, model_option, output_option, shared_options, with_model
+
+
+@click.command(cls=Verb)
+@click.argument("scene")
+@output_option
+@click.option("--budget", metavar="TIME", help='Start nothing that would end later, such as "20min".')
+@click.option("--ladder", "ladders", metavar="NAME", multiple=True, help="Only this choice; repeatable.")
+@click.option("--jobs", type=click.IntRange(min=1), help="Runs at a time; one a processor by default.")
+@click.option("--effects", is_flag=True, help="Switch each effect off in turn instead.")
+@click.option("--store", type=click.Path(path_type=Path), is_flag=False, flag_value=Path(), metavar="[FILE]",
+              help="Keep the recommendation for --accuracy: in a file, or for this user.")  # fmt: skip
+@model_option
+@shared_options
+def cost(
+    scene: str,
+    output: Path | None,
+    budget: str | None,
+    ladders: tuple[str, ...],
+    jobs: int | None,
+    effects: bool,
+    store: Path | None,
+    model: str | None,
+    overrides: tuple[str, ...],
+    quiet: bool,
+    log_format: str,
+) -> None:
+    """Measure what accuracy costs in time.
+
+    Runs a scene over a ladder of every choice that trades one for the other: section, slice, step, penalty,
+    tolerance, sampling, stick, uniform (all at once), element, model, and combinations that follow from them (chosen).
+    Runs are kept in the folder; the same command goes on where it was stopped. Writes cost.csv, cost.png and
+    recommendation.json.
+
+    \b
+    Example:
+      knotfem cost cantilever --budget 10min
+      knotfem cost bowline --ladder slice --ladder section --set 'steps.1.displacement=30 mm' -o cost-bowline
+      knotfem cost bowline --effects -o cost-bowline
+    """
+    from rich.console import Console
+
+    from knotfem.cost import files, records, study, switches, tables
+    from knotfem.scene import load_scene
+    from knotfem.scene.quantity import DURATION, parse_quantity
+
+    chosen = with_model(overrides, model)
+    folder = output or Path("costs") / load_scene(scene, chosen).name
+    seconds = parse_quantity(budget, DURATION, "--budget") if budget else None
+
+    def tell(text: str) -> None:
+        if not quiet:
+            click.echo(json.dumps({"message": text}) if log_format == "json" else text, err=True)
+
+    console = Console(soft_wrap=True, quiet=quiet or log_format == "json")
+    if effects:
+        switched = switches.run_effects(scene, chosen, folder, budget=seconds, jobs=jobs, tell=tell)
+        files.write_effects(switched, folder)
+        console.print(switches.effects_table(switched))
+    else:
+        found = study.run_study(scene, chosen, folder, budget=seconds, names=ladders, jobs=jobs, tell=tell)
+        record = records.record_of(found)
+        files.write_study(found, record, folder)
+        console.print(*tables.tables(found), *tables.recommendations(found), sep="\n")
+        if store is not None:
+            records.store(record, records.user_file() if store == Path() else store)
+    click.echo(json.dumps({"folder": str(folder)}) if log_format == "json" else folder)

@@ -1,0 +1,42 @@
+"""What a run is expected to take, found out without running it."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from knotfem import shipped
+from knotfem.mesh.section import read_section
+from knotfem.run.inspect import ITERATIONS_A_MM, SECONDS_AN_ITERATION
+from knotfem.scene.model import Scene
+from knotfem.scene.steps import Pull
+
+TYING_ITERATIONS = 150.0
+OTHER_STEP_ITERATIONS = 200.0
+ITERATIONS_A_STEP = 4.0
+"""At the least, of a step that the step limit keeps short."""
+ROD_UNKNOWNS = 4
+START_SECONDS = 8.0
+"""Until a process has loaded its kernels."""
+
+
+def expected_seconds(scene: Scene) -> float:
+    """Wall seconds of a run; right within a factor of three, and good for ranking runs of one scene."""
+    pulled = sum(step.displacement for step in scene.loading_steps if isinstance(step, Pull))
+    others = sum(not isinstance(step, Pull) for step in scene.loading_steps)
+    thinnest = min(rod.diameter for rod in scene.rods)
+    short = ITERATIONS_A_STEP * pulled / (scene.solver.move_over_diameter * thinnest)
+    iterations = TYING_ITERATIONS * bool(scene.tying_steps) + max(ITERATIONS_A_MM * pulled, short)
+    iterations += OTHER_STEP_ITERATIONS * others
+    return START_SECONDS + iterations * SECONDS_AN_ITERATION * unknowns(scene)
+
+
+def unknowns(scene: Scene) -> int:
+    """Unknowns of a scene's mesh."""
+    if scene.model == "rod":
+        return sum(ROD_UNKNOWNS * (rod.slices + 1) for rod in scene.rods)
+    return sum(3 * (rod.slices + 1) * _section_nodes(rod.mesh.section_elements) for rod in scene.rods)
+
+
+@cache
+def _section_nodes(count: int) -> int:
+    return len(read_section(shipped.section_path(count)).points)

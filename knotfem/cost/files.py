@@ -1,0 +1,58 @@
+"""What a cost table leaves in its folder: cost.csv, cost.png, recommendation.json, effects.csv."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+
+from knotfem.cost.errors_of import falling
+from knotfem.cost.ladders import SIZED
+from knotfem.cost.quantities import LABELS
+from knotfem.cost.records import Record
+from knotfem.cost.study import Study
+from knotfem.cost.switches import EffectsStudy, effects_columns
+from knotfem.cost.tables import csv_columns
+from knotfem.run.files import write_json
+from knotfem.run.tables import write_table
+
+
+def write_study(study: Study, record: Record, folder: Path) -> None:
+    """Write table, plot and recommendation.
+
+    Raises:
+        InputError: nothing can be written there.
+    """
+    write_table(folder / "cost.csv", csv_columns(study))
+    write_json(folder / "recommendation.json", asdict(record))
+    plot(study, folder / "cost.png")
+
+
+def write_effects(study: EffectsStudy, folder: Path) -> None:
+    """Write effects.csv.
+
+    Raises:
+        InputError: nothing can be written there.
+    """
+    write_table(folder / "effects.csv", effects_columns(study))
+
+
+def plot(study: Study, out: Path) -> None:
+    """Draw the error in the main quantity against CPU seconds, ladder by ladder, the Pareto front marked."""
+    from knotfem.report.pareto import plot_pareto
+
+    def points(entries) -> list[tuple[float, float]]:
+        found = [(entry.cpu["total"], study.error(entry, study.main)) for entry in entries if entry.done]
+        return [(cpu, error) for cpu, error in found if error > 0.0]
+
+    ladders = {
+        name: points(falling(entries) if name in SIZED else [entry for entry in entries if entry.rung.ladder == name])
+        for name, entries in study.ladders.items()
+    }
+    plot_pareto(
+        ladders,
+        points(study.front),
+        out,
+        label=LABELS[study.main],
+        uncertainty=study.references[study.main][0].uncertainty if study.references[study.main] else 0.0,
+        title=study.scene.name,
+    )

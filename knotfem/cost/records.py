@@ -1,0 +1,188 @@
+"""Settings that were measured to reach an accuracy, stored by class of scenes."""
+
+from __future__ import annotations
+
+import os
+import platform
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import knotfem
+from knotfem.cost.study import Study
+from knotfem.errors import InputError
+from knotfem.run.files import read_json, write_json
+from knotfem.run.machine import usable_threads
+from knotfem.scene.model import Scene
+from knotfem.scene.steps import Pull
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One rung as it can be applied to another scene of its class: lengths over d, forces over E d^2.
+
+    Attributes:
+        rung: its name.
+        error: relative, in the main quantity.
+        uncertainty: of the reference it is taken against.
+        cpu_s, wall_s, memory_mb: what it took.
+        model: "fem" or "rod".
+        element: formulation.
+        section_elements: of the cross-section.
+        element_length, move, tolerance, stiffness, sample_spacing, stick: without dimension.
+    """
+
+    rung: str
+    error: float
+    uncertainty: float
+    cpu_s: float
+    wall_s: float
+    memory_mb: float
+    model: str
+    element: str
+    section_elements: int
+    element_length: float
+    move: float
+    tolerance: float
+    stiffness: float
+    sample_spacing: float
+    stick: float
+
+    @property
+    def bound(self) -> float:
+        """Error that is promised: the reference's uncertainty added."""
+        return self.error + self.uncertainty
+
+
+@dataclass(frozen=True)
+class Record:
+    """Settings measured on one scene, the cheapest for their error.
+
+    Attributes:
+        scene: its name.
+        scene_class: see `class_of`.
+        quantity: that the errors are of.
+        window: pulled displacement over d.
+        settings: by rising cost.
+        reference: what errors are taken against.
+        version: of knotfem.
+        date: of the measurement.
+        machine: on which the times hold.
+    """
+
+    scene: str
+    scene_class: str
+    quantity: str
+    window: float
+    settings: tuple[Setting, ...]
+    reference: str
+    version: str
+    date: str
+    machine: dict[str, Any]
+
+
+def class_of(scene: Scene) -> str:
+    """Class of scenes that share recommendations: what touches what."""
+    if not scene.contact.enabled:
+        return "free-rod"
+    if scene.obstacles:
+        return "rod-on-obstacle"
+    return "knot" if len(scene.rods) == 1 else "several-rods"
+
+
+def record_of(study: Study) -> Record:
+    """What a cost table recommends: its Pareto front."""
+    reference = study.references[study.main][0]
+    settings = []
+    for entry in study.front:
+        cost = (entry.cpu["total"], entry.wall["total"], entry.counts["peak_memory_mb"])
+        figures = (entry.rung.name, study.error(entry, study.main), reference.uncertainty, *cost)
+        settings.append(Setting(*figures, **_dimensionless(entry.scene)))
+    diameter = thinnest(study.scene)
+    window = sum(step.displacement for step in study.scene.loading_steps if isinstance(step, Pull)) / diameter
+    return Record(
+        study.scene.name,
+        class_of(study.scene),
+        study.main,
+        window,
+        tuple(settings),
+        reference.source,
+        knotfem.__version__,
+        datetime.now(UTC).date().isoformat(),
+        {"platform": platform.platform(), "processor": _processor(), "processors": usable_threads()},
+    )
+
+
+def user_file() -> Path:
+    """Where a user's own measurements are kept."""
+    home = os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share"
+    return Path(home) / "knotfem" / "recommendations.json"
+
+
+def store(record: Record, path: Path) -> None:
+    """Put a record into a file, in place of an older one of the same scene.
+
+    Raises:
+        InputError: the file cannot be read or written.
+    """
+    kept = [old for old in (_read(path) if path.exists() else []) if old.scene != record.scene]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_json(path, {"measured": [asdict(entry) for entry in sorted([*kept, record], key=lambda entry: entry.scene)]})
+
+
+def stored() -> list[Record]:
+    """All records: the user's own first, then the shipped ones.
+
+    Raises:
+        InputError: a file is damaged.
+    """
+    own = user_file()
+    shipped = Path(str(files("knotfem.cost") / "recommendations.json"))
+    return [record for path in (own, shipped) if path.exists() for record in _read(path)]
+
+
+def _dimensionless(scene: Scene) -> dict[str, Any]:
+    rod, diameter, contact = scene.rods[0], thinnest(scene), scene.contact
+    return {
+        "model": scene.model,
+        "element": rod.mesh.element,
+        "section_elements": rod.mesh.section_elements,
+        "element_length": rod.mesh.element_length / rod.diameter,
+        "move": scene.solver.move_over_diameter,
+        "tolerance": scene.solver.force_tolerance / (softest(scene) * diameter**2),
+        "stiffness": contact.stiffness_over_modulus,
+        "sample_spacing": contact.sample_spacing_over_diameter,
+        "stick": contact.stick_over_diameter,
+    }
+
+
+def thinnest(scene: Scene) -> float:
+    """Diameter that lengths are measured by [mm]."""
+    return min(rod.diameter for rod in scene.rods)
+
+
+def softest(scene: Scene) -> float:
+    """Young's modulus that forces are measured by [MPa]."""
+    return min(rod.material.youngs_modulus for rod in scene.rods)
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return platform.processor() or platform.machine()
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.machine()
+
+
+def _read(path: Path) -> list[Record]:
+    data = read_json(path)
+    try:
+        return [
+            Record(**{**entry, "settings": tuple(Setting(**s) for s in entry["settings"])})
+            for entry in data["measured"]
+        ]
+    except (KeyError, TypeError) as error:
+        raise InputError(f"no recommendations are in it ({error})", file=path) from None

@@ -1,0 +1,209 @@
+"""The cost table of a scene: its ladders run, their limits, the errors of every rung, the Pareto front."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from knotfem.cost.campaign import Campaign
+from knotfem.cost.choose import Option, combine
+from knotfem.cost.closed_forms import closed_form
+from knotfem.cost.convergence import Limit, pareto_front
+from knotfem.cost.errors_of import Reference, ladder_limits, references
+from knotfem.cost.ladders import BASE, LADDERS, Rung, base_rung, make_ladders
+from knotfem.cost.measured import Measured, measure
+from knotfem.cost.quantities import main_quantity
+from knotfem.errors import NotConverged, Stopped
+from knotfem.run.machine import usable_threads
+from knotfem.scene.load import load_scene
+from knotfem.scene.model import Scene
+
+TARGETS = (0.05, 0.02, 0.01)
+"""Accuracies for which settings are recommended and combinations chosen."""
+QUIET_OUTPUT = ("output.fields=false",)
+"""Set before the user's own overrides: fields for ParaView are no part of the cost of an answer."""
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """A cost table.
+
+    Attributes:
+        scene: as it is.
+        measured: all rungs, the base first.
+        ladders: rungs by ladder, the base in each ladder of sizes.
+        limits: by quantity and ladder.
+        references: by quantity, the least uncertain first.
+        main: the quantity that rungs are ranked by.
+    """
+
+    scene: Scene
+    measured: list[Measured]
+    ladders: dict[str, list[Measured]]
+    limits: dict[str, dict[str, Limit]]
+    references: dict[str, list[Reference]]
+    main: str
+
+    @property
+    def base(self) -> Measured:
+        """The scene as it is."""
+        return self.measured[0]
+
+    def error(self, entry: Measured, name: str) -> float:
+        """Relative error of a rung against the reference of the scene; NaN where there is none."""
+        found = self.references.get(name)
+        return found[0].error(entry.quantities[name]) if entry.done and found else float("nan")
+
+    def own_error(self, entry: Measured, name: str) -> float:
+        """Relative error of a rung against the limit of its own ladder; NaN where there is none."""
+        limit = self.limits[name].get(entry.rung.ladder)
+        if limit is None or not entry.done:
+            return float("nan")
+        reference = self.references[name][0]
+        return Reference(limit.value, reference.scale, 0.0, "").error(entry.quantities[name])
+
+    def bound(self, entry: Measured) -> float:
+        """Error in the main quantity with the reference's own uncertainty; NaN where there is none."""
+        found = self.references.get(self.main)
+        return self.error(entry, self.main) + found[0].uncertainty if found else float("nan")
+
+    @property
+    def front(self) -> list[Measured]:
+        """Rungs that none beats in CPU seconds and error at once."""
+        done = [entry for entry in self.measured if entry.done]
+        cpu = np.array([entry.cpu["total"] for entry in done])
+        errors = np.array([self.error(entry, self.main) for entry in done])
+        return [done[i] for i in pareto_front(cpu, errors)]
+
+    def cheapest(self, target: float) -> Measured | None:
+        """The rung with the least CPU seconds whose error, the reference's uncertainty added, is within a target."""
+        good = [entry for entry in self.measured if entry.done and self.bound(entry) <= target]
+        return min(good, key=lambda entry: entry.cpu["total"], default=None)
+
+
+def run_study(
+    source: str,
+    overrides: Sequence[str],
+    folder: Path,
+    *,
+    budget: float | None,
+    names: Sequence[str] = (),
+    jobs: int | None = None,
+    tell: Callable[[str], None],
+) -> Study:
+    """Run a scene's ladders and evaluate them.
+
+    Args:
+        source: a scene, as for `load_scene`.
+        overrides: likewise, for all rungs.
+        folder: where the runs are or go.
+        budget: wall seconds, or none.
+        names: of the ladders, all by default.
+        jobs: processes at a time; as many as there are processors by default.
+        tell: told what starts and ends.
+
+    Raises:
+        KnotfemError: the scene itself did not run to its end, or a rung cannot be.
+    """
+    campaign = make_campaign(source, overrides, folder, budget=budget, jobs=jobs, tell=tell)
+    base = base_rung()
+    ladders = make_ladders(campaign.scene_of(base), names)
+    campaign.take([base, *(rung for rungs in ladders.values() for rung in rungs)])
+    require_base(campaign)
+    study = evaluate(campaign, ladders)
+    if "chosen" in ladders:
+        ladders["chosen"] = chosen(study)
+        campaign.take(ladders["chosen"])
+        study = evaluate(campaign, ladders)
+    return study
+
+
+def make_campaign(
+    source: str,
+    overrides: Sequence[str],
+    folder: Path,
+    *,
+    budget: float | None,
+    jobs: int | None,
+    tell: Callable[[str], None],
+) -> Campaign:
+    """Runs of a scene in a folder; see `run_study`."""
+    processors = usable_threads()
+    jobs = jobs or processors
+    threads = max(1, processors // jobs)
+
+    @cache
+    def scene_of(rung: Rung) -> Scene:
+        return load_scene(source, [*QUIET_OUTPUT, f"solver.threads={threads}", *overrides, *rung.overrides])
+
+    deadline = time.monotonic() + budget if budget is not None else float("inf")
+    return Campaign(folder, scene_of, jobs, threads, deadline, tell)
+
+
+def require_base(campaign: Campaign) -> None:
+    """Check that the scene itself ran to its end.
+
+    Raises:
+        KnotfemError: it did not.
+    """
+    outcome = campaign.outcomes[BASE]
+    if outcome.state == "failed":
+        raise NotConverged(f"the scene itself fails: {outcome.reason}")
+    if outcome.state != "done":
+        raise Stopped(f"the scene itself is not through: {outcome.reason}")
+
+
+def evaluate(campaign: Campaign, ladders: dict[str, list[Rung]]) -> Study:
+    """Errors of all rungs that have an outcome.
+
+    Raises:
+        KnotfemError: results are missing.
+    """
+    scene, base = campaign.scene_of(base_rung()), measure(campaign, base_rung())
+    measured = {
+        name: [measure(campaign, rung) for rung in ladders[name] if rung.name in campaign.outcomes]
+        for name in LADDERS
+        if name in ladders
+    }
+    every = [base, *(entry for entries in measured.values() for entry in entries)]
+    with_base = {name: _sized(name, [base, *entries]) for name, entries in measured.items()}
+    theory = closed_form(scene)
+    limits = {name: ladder_limits(with_base, name) for name in base.quantities}
+    found = {name: references(name, base.quantities[name], limits[name], theory) for name in base.quantities}
+    return Study(scene, every, with_base, limits, found, main_quantity(list(base.quantities)))
+
+
+def chosen(study: Study) -> list[Rung]:
+    """Combinations of rungs that are expected to be cheapest for each target."""
+    limits = study.limits[study.main]
+    options: dict[str, list[Option]] = {}
+    for ladder, limit in limits.items():
+        if ladder == "uniform":
+            continue
+        reference = Reference(limit.value, study.references[study.main][0].scale, 0.0, "")
+        options[ladder] = [
+            Option(
+                entry.rung,
+                reference.error(entry.quantities[study.main]) + limit.uncertainty / reference.scale,
+                entry.cpu["total"] / study.base.cpu["total"],
+            )
+            for entry in study.ladders[ladder]
+            if entry.done
+        ]
+    found = [combine(options, target) for target in TARGETS] if options else []
+    return list({rung.name: rung for rung in found if rung is not None}.values())
+
+
+def _sized(name: str, rungs: list[Measured]) -> list[Measured]:
+    """Rungs of a ladder; where the step is what changes, sized by the steps that were taken."""
+    if name != "step":
+        return rungs
+    steps = rungs[0].counts["loading_steps"]
+    return [
+        replace(entry, size=steps / max(entry.counts["loading_steps"], 1.0)) if entry.done else entry for entry in rungs
+    ]

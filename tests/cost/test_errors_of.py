@@ -1,0 +1,70 @@
+"""References of manufactured solutions with several sources of error."""
+
+import numpy as np
+import pytest
+
+from knotfem.cost.campaign import Outcome
+from knotfem.cost.closed_forms import ClosedForm
+from knotfem.cost.convergence import Limit
+from knotfem.cost.errors_of import falling, ladder_limits, references
+from knotfem.cost.ladders import Rung
+from knotfem.cost.measured import Measured
+from knotfem.scene import load_scene
+
+TRUE = np.linspace(0.5, 2.0, 7)
+
+
+def entry(ladder: str, size: float, value: np.ndarray, state="done") -> Measured:
+    rung = Rung(f"{ladder}-{size}", ladder, "", size)
+    quantities = {"force": value} if state == "done" else {}
+    return Measured(rung, load_scene("cantilever"), Outcome(state), quantities, size=size)
+
+
+def ladders() -> dict[str, list[Measured]]:
+    def solution(slices: float, step: float) -> np.ndarray:
+        return TRUE * (1.0 + 0.03 * slices**2) + 0.02 * step
+
+    sizes = (2.0, 1.0, 0.5)
+    return {
+        "slice": [entry("slice", h, solution(h, 1.0)) for h in sizes],
+        "step": [entry("step", h, solution(1.0, h)) for h in sizes],
+        "uniform": [entry("uniform", h, solution(h, h)) for h in sizes],
+    }
+
+
+def test_orders_of_single_ladders_and_their_sum():
+    limits = ladder_limits(ladders(), "force")
+    assert limits["slice"].order == pytest.approx(2.0)
+    assert limits["step"].order == pytest.approx(1.0)
+    base = TRUE * 1.03 + 0.02
+    found = references("force", base, limits)
+    (sum_of_limits,) = [r for r in found if "added up" in r.source]
+    assert sum_of_limits.value == pytest.approx(TRUE)
+    assert sum_of_limits.source == "limits of slice, step added up"
+    assert sum_of_limits.error(base) == pytest.approx(np.sqrt(np.mean((base - TRUE) ** 2) / np.mean(TRUE**2)))
+
+
+def test_least_uncertain_reference_comes_first():
+    sure = Limit(TRUE, 0.001, 2.0, "asymptotic")
+    unsure = Limit(TRUE + 1.0, 0.5, None, "two rungs only")
+    assert "refined at once" in references("force", TRUE, {"uniform": sure, "slice": unsure})[0].source
+    assert "added up" in references("force", TRUE, {"uniform": unsure, "slice": sure})[0].source
+    theory = ClosedForm("sag", 2.0, 0.01, "elastica")
+    sag = {"uniform": Limit(np.array([2.1]), 0.2, None, "")}
+    assert references("sag", np.array([2.2]), sag, theory)[0].source == "elastica"
+    assert references("force", TRUE, {"uniform": unsure}, theory)[0].source != "elastica"
+
+
+def test_no_overlap_is_the_exact_penetration():
+    (exact,) = references("penetration", np.array([0.02]), {})
+    assert (exact.error(np.array([0.02])), exact.uncertainty) == (0.02, 0.0)
+
+
+def test_no_rungs_no_reference():
+    assert references("force", TRUE, {}) == []
+
+
+def test_falling_leaves_out_what_is_not_done_and_equal_sizes():
+    rungs = [entry("step", 0.5, TRUE), entry("step", 2.0, TRUE), entry("step", 1.0, TRUE, "failed")]
+    same = entry("step", 0.5 * (1.0 - 1e-9), TRUE + 1.0)
+    assert [e.size for e in falling([*rungs, same])] == [2.0, 0.5]
