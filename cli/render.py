@@ -16,7 +16,7 @@ from knotfem_cli.common import Verb, at_option, displacement, open_run, output_o
 @at_option
 @click.option(
     "--colour",
-    type=click.Choice(["strain", "tension", "pressure", "none"]),
+    type=click.Choice(["strain", "tension", "pressure", "curvature", "twist", "none"]),
     default="strain",
     show_default=True,
     help="What colours the rod.",

@@ -24,7 +24,7 @@ class Frame:
         time: time in s.
         points: positions in mm, shape (N, 3).
         point_data: arrays on points, each of N rows.
-        cell_data: arrays on hexahedra, each of E rows.
+        cell_data: arrays on cells, each of E rows.
     """
 
     time: float
@@ -44,14 +44,14 @@ def read_times(path: str | Path) -> FloatArray:
 
 
 def read_mesh(path: str | Path) -> tuple[FloatArray, IntArray]:
-    """Reference positions in mm, shape (N, 3), and hexahedra, shape (E, 8), of a series.
+    """Reference positions in mm, shape (N, 3), and points of the cells, shape (E, 8) or (E, 4), of a series.
 
     Raises:
         InputError: the file is missing or not a series.
     """
     with _Reading(path) as root:
         reference = np.asarray(root.file["knotfem/reference"], dtype=np.float64)
-        return reference, np.asarray(root["Connectivity"], dtype=np.int64).reshape(-1, 8)
+        return reference, np.asarray(root["Connectivity"], dtype=np.int64).reshape(int(root["NumberOfCells"][0]), -1)
 
 
 def read_frame(path: str | Path, step: int = -1) -> Frame:

@@ -12,17 +12,18 @@ from knotfem.report.frames import Frame
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-_HEXAHEDRON = 12
+_CELL_TYPES = {8: 12, 4: 9}
+"""VTK's number of the cell with so many points: hexahedron, quadrilateral."""
 _PACKED: dict[str, Any] = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
 
 
-def write_mesh(file: Any, reference: FloatArray, hexes: IntArray) -> None:
+def write_mesh(file: Any, reference: FloatArray, cells: IntArray) -> None:
     """Lay out an empty series.
 
     Args:
         file: an empty h5py file.
         reference: positions from which displacements count, in mm, shape (N, 3).
-        hexes: nodes of each hexahedron in VTK order, shape (E, 8).
+        cells: points of each cell in VTK order, shape (E, 8) for hexahedra, (E, 4) for quadrilaterals.
     """
     import h5py
 
@@ -31,11 +32,11 @@ def write_mesh(file: Any, reference: FloatArray, hexes: IntArray) -> None:
     kind = b"UnstructuredGrid"
     root.attrs.create("Type", kind, dtype=h5py.string_dtype("ascii", len(kind)))
     root.create_dataset("NumberOfPoints", data=np.array([len(reference)]))
-    root.create_dataset("NumberOfCells", data=np.array([len(hexes)]))
-    root.create_dataset("NumberOfConnectivityIds", data=np.array([hexes.size]))
-    root.create_dataset("Connectivity", data=hexes.astype(np.int64).ravel(), **_PACKED)
-    root.create_dataset("Offsets", data=8 * np.arange(len(hexes) + 1), **_PACKED)
-    root.create_dataset("Types", data=np.full(len(hexes), _HEXAHEDRON, dtype=np.uint8), **_PACKED)
+    root.create_dataset("NumberOfCells", data=np.array([len(cells)]))
+    root.create_dataset("NumberOfConnectivityIds", data=np.array([cells.size]))
+    root.create_dataset("Connectivity", data=cells.astype(np.int64).ravel(), **_PACKED)
+    root.create_dataset("Offsets", data=cells.shape[1] * np.arange(len(cells) + 1), **_PACKED)
+    root.create_dataset("Types", data=np.full(len(cells), _CELL_TYPES[cells.shape[1]], dtype=np.uint8), **_PACKED)
     root.create_dataset("Points", (0, 3), np.float64, maxshape=(None, 3), chunks=(len(reference), 3), **_PACKED)
     steps = root.create_group("Steps")
     steps.attrs["NSteps"] = 0

@@ -12,11 +12,14 @@ from knotfem.report.render import Cylinder, render_mesh
 from knotfem.run.build import mesh_of
 from knotfem.run.directory import RunDirectory
 from knotfem.run.profile import stored_states
+from knotfem.scene.model import Scene
 
 COLOURS = {
     "strain": ("largest_principal_strain", "largest principal strain (logarithmic)", "viridis"),
     "tension": ("tension", "tension [N]", "plasma"),
     "pressure": ("contact_pressure", "contact pressure [MPa]", "inferno"),
+    "curvature": ("curvature", "curvature [1/mm]", "viridis"),
+    "twist": ("twist", "twist [rad/mm]", "coolwarm"),
     "none": ("", "", "viridis"),
 }
 
@@ -27,36 +30,48 @@ def render(run: RunDirectory, out: Path, colour: str = "strain", at: float | Non
     Args:
         run: with a time series.
         out: file.
-        colour: "strain", "tension", "pressure" or "none".
+        colour: a key of `COLOURS`; curvature and twist are fields of the rod model only.
         at: stored displacement [mm], the nearest is taken; None for the last state.
 
     Raises:
-        InputError: no series, or nothing stored near `at`.
+        InputError: no series, nothing stored near `at`, or no such field in it.
         MissingDependency: pyvista or an OpenGL library is absent.
     """
     path = run.path / "results.vtkhdf"
     if not path.exists():
         raise InputError("no time series is stored", file=run.path, expected="a run with output.fields = true")
     frame = read_frame(path, _frame_number(run, path, at))
-    _, hexes = read_mesh(path)
+    _, cells = read_mesh(path)
     name, label, colours = COLOURS[colour]
     scalars = frame.point_data.get(name, frame.cell_data.get(name))
-    rings, first = [], 0
-    for rod in run.scene.rods:
-        mesh = mesh_of(rod)
-        rings.append(mesh.ring_nodes + first)
-        first += len(mesh.nodes)
+    if name and scalars is None:
+        expected = "another colour, or a run of the rod model"
+        raise InputError("this field is not stored", file=path, key="--colour", found=colour, expected=expected)
     cylinders = [Cylinder(o.point, o.axis, 0.5 * o.diameter) for o in run.scene.obstacles]
     render_mesh(
         frame.points,
-        hexes,
+        cells,
         out,
         scalars=None if scalars is None else np.asarray(scalars, dtype=np.float64),
-        rings=rings,
+        rings=_rings(run.scene, len(frame.points)),
         cylinders=cylinders,
         label=label,
         colour_map=colours,
     )
+
+
+def _rings(scene: Scene, points: int) -> list[np.ndarray]:
+    """Points around each section of each rod, shape [sections, around]."""
+    if scene.model == "rod":
+        sections = [rod.slices + 1 for rod in scene.rods]
+        grid = np.arange(points).reshape(sum(sections), -1)
+        return np.split(grid, np.cumsum(sections)[:-1])
+    rings, first = [], 0
+    for rod in scene.rods:
+        mesh = mesh_of(rod)
+        rings.append(mesh.ring_nodes + first)
+        first += len(mesh.nodes)
+    return rings
 
 
 def _frame_number(run: RunDirectory, path: Path, at: float | None) -> int:

@@ -56,7 +56,7 @@ class VtkHdfSeries:
         cls,
         path: str | Path,
         reference: FloatArray,
-        hexes: IntArray,
+        cells: IntArray,
         *,
         point_data: Arrays = _NOTHING,
         cell_data: Arrays = _NOTHING,
@@ -66,9 +66,9 @@ class VtkHdfSeries:
         Args:
             path: file to write.
             reference: positions from which displacements count, in mm, shape (N, 3).
-            hexes: nodes of each hexahedron in VTK order, shape (E, 8).
+            cells: points of each cell in VTK order, shape (E, 8) for hexahedra, (E, 4) for quadrilaterals.
             point_data: arrays on points that never change (arclength, number of the rod).
-            cell_data: arrays on hexahedra that never change.
+            cell_data: arrays on cells that never change.
 
         Raises:
             InputError: the file cannot be written.
@@ -78,7 +78,7 @@ class VtkHdfSeries:
         path = Path(path)
         buffer = BytesIO()
         with h5py.File(buffer, "w") as file:
-            write_mesh(file, np.asarray(reference, dtype=np.float64), np.asarray(hexes))
+            write_mesh(file, np.asarray(reference, dtype=np.float64), np.asarray(cells))
             for kind, arrays in (("PointData", point_data), ("CellData", cell_data)):
                 for name, values in arrays.items():
                     write_constant(file["VTKHDF"], kind, name, values)
@@ -100,7 +100,7 @@ class VtkHdfSeries:
             time: time in s, later than the last step's.
             points: positions in mm, shape (N, 3).
             point_data: arrays on points, such as `contact_pressure` in MPa, shape (N,) or (N, c).
-            cell_data: arrays on hexahedra, such as `stress` in MPa, shape (E, 6) in ParaView's order xx yy zz xy yz xz,
+            cell_data: arrays on cells, such as `stress` in MPa, shape (E, 6) in ParaView's order xx yy zz xy yz xz,
                 `largest_principal_strain` or `pressure`, shape (E,).
 
         Raises:

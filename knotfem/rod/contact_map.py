@@ -55,6 +55,11 @@ def contact_map(
         other, nowhere = np.full(rod.size, -1 - number), np.full(rod.size, np.nan)
         pressing = cylinder.gap[on], cylinder.force[on]
         parts.append((rod, arclength, other, nowhere, *pressing, *_rubbing(cylinder_friction, on)))
+    return joined(parts)
+
+
+def joined(parts: Sequence[tuple[np.ndarray, ...]]) -> ContactMap:
+    """One map of several, each the columns of a `ContactMap` in their order."""
     if not parts:
         nothing, none = np.zeros(0), np.zeros(0, dtype=np.int64)
         return ContactMap(none, nothing, none, nothing, nothing, nothing, nothing, none.astype(bool))

@@ -114,6 +114,7 @@ class Friction(Effect):
         self.own, self.anchor_u = memory["own"].copy(), memory["anchor_u"].copy()
         self.anchor, self.stored = memory["anchor"].copy(), memory["stored"].copy()
         self.kept = float(memory["kept"])
+        self.contact.anchor_u = self.anchor_u
         self._size()
         self._generation = self.contact.generation
 

@@ -101,6 +101,11 @@ class Ledger:
         e.numerical += self.numerical_step
         self._before, self._couples = forces, couples
 
+    @property
+    def forces(self) -> dict[str, np.ndarray]:
+        """Residual of each effect as of the last booked step, by name, shape [nodes, 4]."""
+        return self._before
+
     def state(self) -> dict:
         """For a checkpoint."""
         return {"energies": asdict(self.energies), "before": self._before, "couples": self._couples}

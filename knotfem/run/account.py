@@ -7,7 +7,8 @@ from dataclasses import asdict, dataclass, field
 import numpy as np
 
 from knotfem.effects.registry import REGISTERED
-from knotfem.run.model import Model, StepSystem
+from knotfem.run.model import StepSystem
+from knotfem.run.simulation import Simulation
 from knotfem.solver.effect import StepStart
 from knotfem.solver.newton import out_of_balance
 
@@ -83,7 +84,7 @@ class Balance:
 class Account:
     """Keeps the energy account of a run and balances each step."""
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: Simulation) -> None:
         self.model = model
         self.registered = [effect for effect in model.effects if effect.name in REGISTERED]
         self._viscous = [effect.name for effect in model.effects if effect.viscous]
@@ -109,6 +110,11 @@ class Account:
             v: velocities there [mm/s], shape [nodes, 3].
             origin: positions at the start of the scene's step, shape [nodes, 3].
         """
+        forces = self._book(step, start, x, v)
+        return self._balance(step, forces, sum(forces.values(), np.zeros_like(x)), x, origin)
+
+    def _book(self, step: StepSystem, start: StepStart, x: np.ndarray, v: np.ndarray) -> dict[str, np.ndarray]:
+        """Book works and energies; returns the residual of each effect."""
         system, e = step.system, self.energies
         forces = system.forces(x)
         before = self._forces or forces
@@ -132,32 +138,31 @@ class Account:
         self._store(x, v)
         e.numerical += work("inertia") - (e.kinetic - kinetic)
         self._forces = forces
-        return self._balance(step, forces, total, x, origin)
+        return forces
 
     def _store(self, x: np.ndarray, v: np.ndarray) -> None:
         e, model = self.energies, self.model
-        e.elastic = sum(effect.energy(x) for effect in model.body.elastic)
+        e.elastic = sum(effect.energy(x) for effect in model.elastic)
         e.contact = sum(effect.energy(x) for name in ("contact", "cylinder") for effect in model.named(name))
         e.gravity = sum(effect.energy(x) for effect in model.named("gravity"))
         e.stored_by = {effect.name: effect.energy(x) for effect in self.registered if not effect.viscous}
-        inertial = model.scheme.inertial
-        e.kinetic = 0.5 * float(np.einsum("n,ni,ni->", model.body.mass, v, v)) if inertial else 0.0
+        e.kinetic = model.kinetic(v)
 
     def _balance(self, step: StepSystem, forces, total: np.ndarray, x: np.ndarray, origin: np.ndarray) -> Balance:
-        reactions = {label: total[nodes].sum(axis=0) for label, nodes in step.supports.items()}
+        reactions = {label: _resultant(total[nodes]) for label, nodes in step.supports.items()}
         external = sum(reactions.values(), np.zeros(3))
         for name in EXTERNAL:
             if name in forces and name not in self._viscous:
-                external = external - forces[name].sum(axis=0)
+                external = external - _resultant(forces[name])
         on_ends = {**reactions}
         for label, nodes, _ in step.drives:
             if label not in on_ends:
-                on_ends[label] = -forces["load"][nodes].sum(axis=0)
+                on_ends[label] = -_resultant(forces["load"][nodes])
         self.end_forces = {label: value.tolist() for label, value in on_ends.items()}
         force = displacement = 0.0
         if step.drives:
             label, nodes, direction = step.drives[0]
-            displacement = float((x[nodes] - origin[nodes]).mean(axis=0) @ direction)
+            displacement = float((x[nodes, :3] - origin[nodes, :3]).mean(axis=0) @ direction)
             force = float(on_ends[label] @ direction)
         contacts = [c for name in ("contact", "cylinder") for c in self.model.named(name)]
         rubbing = [f for name in ("friction", "cylinder friction") for f in self.model.named(name)]
@@ -168,7 +173,7 @@ class Account:
             sum(f.sliding for f in rubbing),
             max((c.penetration for c in contacts), default=0.0),
             float(np.linalg.norm(external)),
-            float(np.linalg.norm(sum((forces[name].sum(axis=0) for name in self._viscous), np.zeros(3)))),
+            float(np.linalg.norm(sum((_resultant(forces[name]) for name in self._viscous), np.zeros(3)))),
             self._unrest(forces),
             dict(self.end_forces),
         )
@@ -178,7 +183,7 @@ class Account:
         if not moving:
             return 0.0
         nothing = np.zeros_like(moving[0], dtype=bool)
-        return out_of_balance(sum(moving[1:], moving[0]), nothing, self.model.body.sections)[1]
+        return out_of_balance(sum(moving[1:], moving[0]), nothing, self.model.sections)[1]
 
     def state(self) -> dict:
         """For a checkpoint."""
@@ -188,3 +193,8 @@ class Account:
         """From a checkpoint."""
         self.energies = Energies(**state["energies"])
         self._forces, self.end_forces = state["forces"], state["end_forces"]
+
+
+def _resultant(forces: np.ndarray) -> np.ndarray:
+    """Sum of the forces on nodes, shape [3]; what else a node may carry is left out."""
+    return forces[:, :3].sum(axis=0)

@@ -35,10 +35,10 @@ TIED = "tied"
 
 _SETTINGS = ("solver", "output")
 _SCENE, _TIE = "scene.toml", "tie.csv"
-_SERIES = (_TIE, "force.csv", "tension.csv", "stretch.json", "results.vtkhdf")
+_SERIES = (_TIE, "force.csv", "tension.csv", "twist.csv", "contacts.csv", "stretch.json", "results.vtkhdf")
 _RECORDS = ("provenance.json", "status.json", "summary.json", "log.jsonl")
 _PLOTS = tuple(f"{name}.png" for name in ("stretch", "force", "tension"))
-_PICTURES = tuple(f"knot-{colour}.png" for colour in ("strain", "tension", "pressure", "none"))
+_PICTURES = tuple(f"knot-{colour}.png" for colour in ("strain", "tension", "pressure", "curvature", "twist", "none"))
 _FILES = (*_SERIES, *_RECORDS, *_PLOTS, *_PICTURES, _SCENE)
 
 

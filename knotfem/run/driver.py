@@ -9,14 +9,12 @@ from typing import Any
 import numpy as np
 
 from knotfem.errors import KnotfemError, KnotLost, NotConverged
-from knotfem.run.account import Account, Balance
-from knotfem.run.build import build_body
+from knotfem.run.account import Balance
 from knotfem.run.directory import TIED, RunDirectory
-from knotfem.run.mapping import make_paths, mapping
-from knotfem.run.model import build_model, step_system
 from knotfem.run.outputs import Outputs
 from knotfem.run.progress import Progress, Silent, StepReport
 from knotfem.run.provenance import Provenance
+from knotfem.run.simulation import make_simulation
 from knotfem.run.stepping import AtRest, march_of, restored_progress, stored_progress, threads_of
 from knotfem.run.stop import StopRequest
 from knotfem.run.watch import KnotWatch
@@ -96,14 +94,13 @@ class Driver:
         self.run, self.scene, self.goal = run, scene, goal
         self.progress, self.stop, self.provenance = progress, stop, provenance
         progress.message("building the model (kernels are compiled on the first run of an installation)")
-        self.body = build_body(self.scene)
-        for warning in self.body.warnings:
+        self.model = make_simulation(self.scene)
+        for warning in self.model.warnings:
             progress.message(f"warning: {warning}")
-        self.model = build_model(self.body)
-        self.account = Account(self.model)
-        self.watch = KnotWatch(self.body)
+        self.account = self.model.account()
+        self.watch = KnotWatch(self.model)
         self.outputs = Outputs(run, self.model)
-        self.motion = Motion.at_rest(np.zeros((self.body.nodes, 3)))
+        self.motion = self.model.straight()
         self.phase = "mapping"
         self.next_step = 0
         self.knots_before: dict[str, Any] | None = None
@@ -132,7 +129,7 @@ class Driver:
                 self._mark_tied()
             else:
                 self._save()
-        self.outputs.plots(self.body)
+        self.outputs.plots()
 
     def finish(self) -> None:
         """Write what there is to say of the run so far."""
@@ -142,11 +139,11 @@ class Driver:
 
     def _map(self) -> None:
         self.outputs.summary.begin_phase("mapping")
-        paths = make_paths(self.body)
+        paths = self.model.paths()
         solver = self.outputs.summary.choose_solver(self.scene)
         self.provenance.note(linear_solver=solver, tie=[path.describe() for path in paths])
         stretches = []
-        for increment in mapping(self.body, paths, threads_of(self.scene), solver):
+        for increment in self.model.mapping(paths, solver):
             self.outputs.mapping(increment)
             stretches.append(increment.stretch)
             self._fraction = increment.mapping_time
@@ -167,7 +164,7 @@ class Driver:
             if self.stop.due:
                 raise self.stop.error()
         self.outputs.summary.stretch(stretches)
-        self.outputs.stretch_plot(self.body, stretches)
+        self.outputs.stretch_plot(stretches)
         self.knots_before = self.watch.name(self.motion.x)
         self._save()
 
@@ -177,18 +174,18 @@ class Driver:
         origin = resumed["origin"] if resumed else self.motion.x.copy()
         began = float(resumed["began"]) if resumed else self.motion.time
         before = self._forces_before()
-        equations = step_system(self.model, step, began, origin, before, threads_of(self.scene))
-        system = equations.system
         progress = restored_progress(resumed) if resumed else march.Progress.at(self.motion)
+        equations = self.model.equations(step, began, origin, before, progress)
+        system = equations.system
         if resumed:
             system.restore(resumed["memory"])
+            self.account.restore(resumed["account"])
         else:
             system.update(self.motion.x)
-        if not resumed:
             anew = self.next_step <= len(self.scene.tying_steps)
             self.account.open(self.motion.x, self.motion.v, anew=anew)
-        walk = march_of(self.scene, step, system, progress, self.body, began)
-        rest = AtRest(step, self.body) if isinstance(step, Relax | Release) else None
+        walk = march_of(self.model, step, system, progress, began)
+        rest = AtRest(step, self.model) if isinstance(step, Relax | Release) else None
         saved = time.monotonic()
         try:
             for accepted in walk:
@@ -257,7 +254,7 @@ class Driver:
     def _check_held(self, step: Step) -> None:
         if not step.must_hold or self.knots_before is None:
             return
-        for rod, knot in zip(self.body.rods, self.watch.knots(self.motion.x), strict=True):
+        for rod, knot in zip(self.model.rods, self.watch.knots(self.motion.x), strict=True):
             before = self.knots_before[rod.scene.name]
             was_tied = before["name"] != "unknot" or any(before["linking"])
             if was_tied and knot.undone:
@@ -281,6 +278,7 @@ class Driver:
             "origin": progress.motion.x if origin is None else origin,
             "began": began,
             "account": self.account.state(),
+            "model": self.model.state(inside=system is not None),
             "knots_before": self.knots_before,
             "outputs": self.outputs.state_for_checkpoint(),
         }
@@ -308,6 +306,7 @@ class Driver:
             if label in state["memory"]:
                 effect.recall(state["memory"][label])
         self.account.restore(state["account"])
+        self.model.restore(state["model"])
         if checkpoint.metadata["inside"]:
             self._resume_state = state
         self.provenance.note(linear_solver=self.outputs.summary.choose_solver(self.scene))

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
 from knotfem.effects.stress import stress_state
 from knotfem.run.model import Model
+from knotfem.run.simulation import SeriesMesh
 
 VOIGT = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
 
 
-def open_series(path: Path, model: Model, steps: int | None):
+def open_series(path: Path, make_mesh: Callable[[], SeriesMesh], steps: int | None):
     """The series of a run: a new one, or an existing one cut back to `steps`."""
     from knotfem.report.vtkhdf import VtkHdfSeries
 
@@ -20,12 +22,8 @@ def open_series(path: Path, model: Model, steps: int | None):
         series = VtkHdfSeries(path)
         series.truncate(steps)
         return series
-    body = model.body
-    reference = np.concatenate([rod.mesh.nodes for rod in body.rods])
-    hexes = np.concatenate([rod.mesh.hexes + rod.first for rod in body.rods])
-    arclength = np.concatenate([rod.mesh.nodes[:, 2] for rod in body.rods])
-    number = np.concatenate([np.full(len(rod.mesh.nodes), float(i)) for i, rod in enumerate(body.rods)])
-    return VtkHdfSeries.create(path, reference, hexes, point_data={"arclength": arclength, "rod": number})
+    mesh = make_mesh()
+    return VtkHdfSeries.create(path, mesh.reference, mesh.cells, point_data=mesh.point_data)
 
 
 def fields(model: Model, x: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:

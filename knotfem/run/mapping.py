@@ -17,7 +17,7 @@ from knotfem.solver.linear import make_solver
 from knotfem.solver.newton import Iterations, NewtonSettings, StepFailed, solve
 from knotfem.solver.schemes import Scheme
 from knotfem.solver.system import Prescribed, System
-from knotfem.tie import CentrelinePath, make_path, swept_state
+from knotfem.tie import CentrelinePath, swept_state
 
 LOOSE = 0.1
 """Tolerance [N] of increments on the way, which only show that the solid can follow; the last is solved to the scene's
@@ -45,16 +45,6 @@ class Increment:
     wall: float
     x: np.ndarray
     smallest_j: float
-
-
-def make_paths(body: Body) -> list[CentrelinePath]:
-    """Mapping of each rod, as the scene has it."""
-    tie = body.scene.tie
-    direction = None if tie.optimise_direction else (0.0, 0.0, 1.0)
-    return [
-        make_path(tie.path, rod.target.points, direction=direction, degree=tie.degree, threshold=tie.threshold)
-        for rod in body.rods
-    ]
 
 
 def mapping(body: Body, paths: list[CentrelinePath], threads: int, solver_name: str) -> Iterator[Increment]:

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from importlib import import_module
 
 import numpy as np
 
-from knotfem.errors import InputError
 from knotfem.run.build import Body, RodBody, make_scheme
+from knotfem.run.conditions import drag_rate, following_sign, force_history, friction_factor, ramp, unit
 from knotfem.run.registry import REGISTRY
-from knotfem.scene.steps import Clamped, Driven, Load, Loaded, Pinned, Pull, Step
+from knotfem.scene.steps import Clamped, Driven, Loaded, Pinned, Pull, Step
 from knotfem.solver.effect import Effect
 from knotfem.solver.linear import make_solver
 from knotfem.solver.schemes import Scheme
@@ -85,7 +84,10 @@ def step_system(
     for rod in model.body.rods:
         for side in ("start", "end"):
             _add_end(rod, side, step, start, x, before, prescribed, loads, drives)
-    _schedule_friction(model, step, start)
+    for friction in model.named("friction"):
+        friction.factor = friction_factor(model.body.scene, step, start)
+    for drag in model.named("drag"):
+        drag.rate = drag_rate(model.body.scene, step)
     solver = make_solver(model.body.scene.solver.linear, threads)
     system = System(
         [*model.effects, *loads], model.body.nodes, solver, model.scheme, prescribed, model.body.shift_weights
@@ -107,54 +109,16 @@ def _add_end(rod: RodBody, side: str, step: Step, start, x, before, prescribed, 
             prescribed.append(held(nodes[[rod.mesh.section.axis]], x[[axis]], label))
         case Driven():
             assert isinstance(step, Pull)
-            direction = _unit(end.direction)
-            prescribed.append(driven(nodes, x[nodes], direction, _ramp(start, step.speed, step.displacement), label))
+            direction = unit(end.direction)
+            prescribed.append(driven(nodes, x[nodes], direction, ramp(step, start), label))
             drives.insert(0, (label, nodes, direction))
         case Loaded():
-            direction = _unit(end.direction)
-            history = _force_history(end.force, before.get(label, 0.0), step, start)
+            direction = unit(end.direction)
+            history = force_history(end.force, before.get(label, 0.0), step, start)
             if end.following:
                 other = rod.axis_nodes[1 if side == "start" else -2]
-                outward = x[axis] - x[other]
-                if abs(np.dot(_unit(outward), direction)) < 0.5:
-                    raise InputError(
-                        "a following force acts along the end's tangent",
-                        key=f"steps.ends.{label}.direction",
-                        found=str(list(end.direction)),
-                        expected=f"near +-{np.round(_unit(outward), 3).tolist()}",
-                    )
-                sign = 1.0 if np.dot(outward, direction) > 0.0 else -1.0
-                weights = sign * rod.end_weights()
+                weights = following_sign(direction, x[axis] - x[other], label) * rod.end_weights()
                 loads.append(FollowingForce(nodes, weights, int(other), int(axis), history))
             else:
                 loads.append(EndForce(nodes, rod.end_weights(), direction, history))
             drives.append((label, nodes, direction))
-
-
-def _ramp(start: float, speed: float, displacement: float) -> Callable[[float], float]:
-    return lambda time: min(speed * (time - start), displacement)
-
-
-def _force_history(force: float, before: float, step: Step, start: float) -> Callable[[float], float]:
-    if not isinstance(step, Load):
-        return lambda time: force
-    return lambda time: before + (force - before) * min(1.0, (time - start) / step.duration)
-
-
-def _schedule_friction(model: Model, step: Step, start: float) -> None:
-    if not step.friction_schedule:
-        return
-    reference = model.body.scene.contact.friction
-    if reference <= 0.0:
-        raise InputError(
-            "a friction schedule needs friction to scale", key="contact.friction", found=0.0, expected="above 0"
-        )
-    times = np.array([point.time for point in step.friction_schedule]) + start
-    factors = np.array([point.friction for point in step.friction_schedule]) / reference
-    for friction in model.named("friction"):
-        friction.factor = lambda time: float(np.interp(time, times, factors))
-
-
-def _unit(vector) -> np.ndarray:
-    v = np.array(vector, dtype=float)
-    return v / np.linalg.norm(v)

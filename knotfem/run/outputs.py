@@ -11,14 +11,14 @@ import numpy as np
 
 from knotfem.effects.registry import REGISTERED
 from knotfem.run.account import Account, Balance
-from knotfem.run.build import Body
+from knotfem.run.contacts import CONTACT_COLUMNS, contact_rows
 from knotfem.run.directory import RunDirectory
-from knotfem.run.fields import fields, open_series
+from knotfem.run.fields import open_series
 from knotfem.run.mapping import Increment
-from knotfem.run.model import Model
-from knotfem.run.profile import EXTRA_COLUMNS, profile_rows, tension
+from knotfem.run.profile import EXTRA_COLUMNS, tension
+from knotfem.run.simulation import Simulation
 from knotfem.run.summary import Summary
-from knotfem.run.tables import read_table
+from knotfem.run.tables import TWIST_COLUMNS, Table, read_table
 from knotfem.scene.steps import Relax, Step
 from knotfem.solver.effect import Motion
 from knotfem.solver.march import Accepted
@@ -46,7 +46,7 @@ def _timed(write: Callable[Concatenate[Outputs, P], None]) -> Callable[Concatena
 class Outputs:
     """All that a run writes besides checkpoints and status."""
 
-    def __init__(self, run: RunDirectory, model: Model) -> None:
+    def __init__(self, run: RunDirectory, model: Simulation) -> None:
         self.run, self.model = run, model
         self.summary = Summary(run, model)
         self.mapping_times: list[float] = []
@@ -55,27 +55,27 @@ class Outputs:
 
     def begin(self, metadata: dict[str, Any] | None) -> None:
         """Start the tables, or cut them back to the rows of a checkpoint."""
-        self.tie, self.force, self.tension = (
-            self.run.tie_table,
-            self.run.force_table((*FORCE_EXTRA, *self._registered_columns)),
-            self.run.tension_table(EXTRA_COLUMNS),
-        )
-        rows = metadata["rows"] if metadata else {"tie": 0, "force": 0, "tension": 0, "series": 0}
-        self.tie.keep(rows["tie"])
-        self.force.keep(rows["force"])
-        self.tension.keep(rows["tension"])
+        self.tables = {
+            "tie": self.run.tie_table,
+            "force": self.run.force_table((*FORCE_EXTRA, *self._registered_columns)),
+            "tension": self.run.tension_table(EXTRA_COLUMNS),
+            "contacts": Table(self.run.path / "contacts.csv", CONTACT_COLUMNS),
+        }
+        if self.model.segments:
+            self.tables["twist"] = Table(self.run.path / "twist.csv", TWIST_COLUMNS)
+        rows = metadata["rows"] if metadata else {}
+        for name, table in self.tables.items():
+            table.keep(int(rows.get(name, 0)))
         self.run.keep_log(int(rows.get("log", 0)))
-        if self.model.body.scene.output.fields:
+        if self.model.scene.output.fields:
             path = self.run.path / "results.vtkhdf"
-            self._series = open_series(path, self.model, int(rows["series"]) if metadata else None)
+            self._series = open_series(path, self.model.series_mesh, int(rows["series"]) if metadata else None)
 
     def rows(self) -> dict[str, Any]:
         """For the metadata of a checkpoint."""
         return {
             "rows": {
-                "tie": self.tie.rows,
-                "force": self.force.rows,
-                "tension": self.tension.rows,
+                **{name: table.rows for name, table in self.tables.items()},
                 "log": self.run.log_lines,
                 "series": 0 if self._series is None else len(self._series.times),
             }
@@ -85,7 +85,7 @@ class Outputs:
     def mapping(self, increment: Increment) -> None:
         """An increment of the mapping is solved."""
         self.mapping_times.append(increment.mapping_time)
-        self.tie.append(
+        self.tables["tie"].append(
             {
                 "mapping_time": increment.mapping_time,
                 "max_stretch": float(increment.stretch.max()),
@@ -96,16 +96,15 @@ class Outputs:
         )
 
     @_timed
-    def plots(self, body: Body) -> None:
+    def plots(self) -> None:
         """Plots of the tables, once the run has reached its goal."""
         from knotfem.report import plots
 
-        radius = 0.5 * min(rod.scene.diameter for rod in body.rods)
-        if self.force.rows:
-            plots.plot_force(
-                {self.run.path.name: read_table(self.force.path)}, self.run.path / "force.png", radius=radius
-            )
-        if self.tension.rows:
+        force = self.tables["force"]
+        if force.rows:
+            curves = {self.run.path.name: read_table(force.path)}
+            plots.plot_force(curves, self.run.path / "force.png", radius=0.5 * self.model.diameter)
+        if self.tables["tension"].rows:
             profile = tension(self.run)
             rods = {name: profile["rod"] == name for name in np.unique(profile["rod"])}
             curves = {
@@ -116,21 +115,22 @@ class Outputs:
             plots.plot_tension(curves, self.run.path / "tension.png", applied=applied)
 
     @_timed
-    def stretch_plot(self, body: Body, stretches: list[np.ndarray]) -> None:
+    def stretch_plot(self, stretches: list[np.ndarray]) -> None:
         """Stretch of the centreline against arclength, coloured by mapping time."""
         from knotfem.report import plots
 
         first = 0
-        for rod in body.rods:
-            edges = slice(first, first + rod.mesh.slices)
-            first += rod.mesh.slices
-            name = "stretch.png" if len(body.rods) == 1 else f"stretch-{rod.scene.name}.png"
+        for rod in self.model.rods:
+            slices = rod.scene.slices
+            edges = slice(first, first + slices)
+            first += slices
+            name = "stretch.png" if len(self.model.rods) == 1 else f"stretch-{rod.scene.name}.png"
             plots.plot_stretch(
-                (np.arange(rod.mesh.slices) + 0.5) / rod.mesh.slices,
+                (np.arange(slices) + 0.5) / slices,
                 np.array([stretch[edges] for stretch in stretches]),
                 np.array(self.mapping_times),
                 self.run.path / name,
-                threshold=body.scene.tie.threshold,
+                threshold=self.model.scene.tie.threshold,
             )
 
     @_timed
@@ -166,7 +166,7 @@ class Outputs:
             **{_column(name): energy for name, energy in e.of_registered.items()},
         }
         if not isinstance(step, Relax):
-            self.force.append(record)
+            self.tables["force"].append(record)
         self.run.log(
             phase=step.name,
             step_s=accepted.start.dt,
@@ -181,12 +181,16 @@ class Outputs:
     @_timed
     def state(self, motion: Motion, balance: Balance, step: Step) -> None:
         """Outputs are due: fields and tension profile."""
-        self.tension.extend(profile_rows(self.model.body, motion.x, motion.time, balance.displacement))
+        when = motion.time, balance.displacement
+        self.tables["tension"].extend(self.model.profile(motion.x, *when))
+        self.tables["contacts"].extend(contact_rows(self.model.scene, self.model.contacts(), *when))
+        if "twist" in self.tables:
+            self.tables["twist"].extend(self.model.twist(motion.x, *when))
         if not isinstance(step, Relax):
             self.summary.balance(balance)
         if self._series is not None:
-            points, cells = fields(self.model, motion.x)
-            self._series.append(motion.time, motion.x, point_data=points, cell_data=cells)
+            found = self.model.fields(motion.x)
+            self._series.append(motion.time, found.points, point_data=found.point_data, cell_data=found.cell_data)
 
     def close(self, account: Account) -> None:
         """The run has reached its goal."""

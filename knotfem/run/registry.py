@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from knotfem.effects.registry import REGISTERED, module_of
+from knotfem.run.conditions import gravity_of
 from knotfem.scene.model import Scene
 from knotfem.scene.registered import settings_of
 from knotfem.scene.steps import Loaded
@@ -49,7 +50,7 @@ def _no_inertia(scene: Scene) -> str:
 def _no_drag(scene: Scene) -> str:
     if scene.drag is None:
         return "not in the scene"
-    return "" if scene.drag.rate > 0.0 else "its rate is 0"
+    return "" if max(scene.drag.rate_of(False), scene.drag.rate_of(True)) > 0.0 else "its rate is 0"
 
 
 def _no_gravity(scene: Scene) -> str:
@@ -106,10 +107,7 @@ def _drag(module: Any, model: Model) -> Sequence[Effect]:
 
 
 def _gravity(module: Any, model: Model) -> Sequence[Effect]:
-    gravity = model.body.scene.gravity
-    assert gravity is not None
-    direction = np.array(gravity.direction)
-    return [module.Gravity(model.body.mass, gravity.acceleration * direction / np.linalg.norm(direction))]
+    return [module.Gravity(model.body.mass, gravity_of(model.body.scene))]
 
 
 def _contact(module: Any, model: Model) -> Sequence[Effect]:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from knotfem.run.account import Balance, Energies
-from knotfem.run.build import Body
 from knotfem.run.machine import usable_threads
+from knotfem.run.simulation import Simulation
 from knotfem.scene.model import Scene
 from knotfem.scene.steps import Pull, Relax, Release, Step
 from knotfem.solver import march
@@ -28,9 +28,9 @@ def threads_of(scene: Scene) -> int:
     return scene.solver.threads or usable_threads()
 
 
-def newton_settings(scene: Scene, body: Body) -> NewtonSettings:
+def newton_settings(model: Simulation) -> NewtonSettings:
     """Newton's settings in units of the rod."""
-    d = min(rod.scene.diameter for rod in body.rods)
+    scene, d = model.scene, model.diameter
     tolerance = scene.solver.force_tolerance
     return NewtonSettings(
         force_tolerance=tolerance,
@@ -41,11 +41,9 @@ def newton_settings(scene: Scene, body: Body) -> NewtonSettings:
     )
 
 
-def march_of(
-    scene: Scene, step: Step, system: System, progress: march.Progress, body: Body, began: float
-) -> march.March:
+def march_of(model: Simulation, step: Step, system: System, progress: march.Progress, began: float) -> march.March:
     """The march of a scene's step; it ends at the last of its stops, where outputs are due."""
-    d = min(rod.scene.diameter for rod in body.rods)
+    scene, d = model.scene, model.diameter
     move = scene.solver.move_over_diameter * d
     if isinstance(step, Pull):
         length, every = step.duration, scene.output.every_displacement / step.speed
@@ -59,7 +57,7 @@ def march_of(
     stops = began + np.minimum(np.arange(1, count + 1) * every, length)
     smallest = first * 0.4**scene.solver.max_cutbacks
     control = march.StepControl(first=first, smallest=smallest, largest=length, move=move)
-    return march.March(system, progress, control, newton_settings(scene, body), body.sections, stops)
+    return model.march(system, progress, control, newton_settings(model), model.sections, stops)
 
 
 class AtRest:
@@ -70,9 +68,9 @@ class AtRest:
     to any of its sections.
     """
 
-    def __init__(self, step: Relax | Release, body: Body) -> None:
+    def __init__(self, step: Relax | Release, model: Simulation) -> None:
         self.share = step.kinetic_over_elastic
-        self.force = REST_FORCE * body.force_scale
+        self.force = REST_FORCE * model.force_scale
 
     def reached(self, energies: Energies, balance: Balance) -> bool:
         """Whether an accepted step ended at rest."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from knotfem.run.account import Balance
 from knotfem.run.directory import RunDirectory
-from knotfem.run.model import Model
+from knotfem.run.simulation import Simulation
 from knotfem.scene.model import Scene
 from knotfem.solver import linear
 from knotfem.solver.march import Accepted
@@ -28,11 +28,9 @@ SOLVER_PARTS = {"analysis": "factorisation", "factorisation": "factorisation", "
 class Summary:
     """Gathers the figures of a run over all its sessions."""
 
-    def __init__(self, run: RunDirectory, model: Model) -> None:
+    def __init__(self, run: RunDirectory, model: Simulation) -> None:
         self.run, self.model = run, model
-        body = model.body
-        diameter = min(rod.scene.diameter for rod in body.rods)
-        self._diameter = diameter
+        self._diameter = model.diameter
         self._phase, self._since = "", (0.0, 0.0)
         self._seen_clock: dict[str, tuple[float, float]] = {}
         self._seen_counts = (0, 0)
@@ -43,8 +41,7 @@ class Summary:
             "other_cpu_s": 0.0,
             "costs": {part: _nothing() for part in ("assembly", "contact", "factorisation", "solve", "output")},
             "absent_effects": dict(model.absent),
-            "dofs": 3 * body.nodes,
-            "hexes": body.hexes,
+            **_size(model),
             "steps": 0,
             "newton_iterations": 0,
             "cutbacks": 0,
@@ -165,8 +162,12 @@ class Summary:
 
     def restore(self, state: dict[str, Any]) -> None:
         """From a checkpoint; what this session's model says of itself stays."""
-        own = {key: self.figures[key] for key in ("absent_effects", "dofs", "hexes")}
+        own = {key: self.figures[key] for key in ("absent_effects", *_size(self.model))}
         self.figures = {**json.loads(state["figures"]), **own}
+
+
+def _size(model: Simulation) -> dict[str, int]:
+    return {"dofs": model.dofs, "hexes": model.hexes, "segments": model.segments}
 
 
 def _nothing() -> dict[str, float]:

@@ -24,6 +24,10 @@ FORCE_COLUMNS = (
     "wall_s",
 )
 TENSION_COLUMNS = ("displacement_mm", "arclength_mm", "s_over_L", "tension_N", "core_N", "bulk_N")
+TWIST_COLUMNS = (
+    "displacement_mm", "arclength_mm", "s_over_L", "twist_rad_per_mm", "torque_Nmm", "curvature_per_mm",
+    "bending_moment_Nmm", "rod", "time_s",
+)  # fmt: skip
 
 Value = float | int | str | np.generic
 

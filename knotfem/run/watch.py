@@ -12,7 +12,7 @@ from knotfem.centerline.frames import tangents
 from knotfem.centerline.knot_type import knot_type
 from knotfem.centerline.passage import passed_through
 from knotfem.errors import KnotLost
-from knotfem.run.build import Body
+from knotfem.run.simulation import Simulation
 
 
 @dataclass(frozen=True)
@@ -41,38 +41,37 @@ class KnotWatch:
     """Names knots and finds passages.
 
     Args:
-        body: rods; the ends of their targets say where the ends are continued to for naming.
+        model: rods; the ends of their targets say where the ends are continued to for naming.
     """
 
-    def __init__(self, body: Body) -> None:
-        self.body = body
-        self.diameter = min(rod.scene.diameter for rod in body.rods)
+    def __init__(self, model: Simulation) -> None:
+        self.model = model
         self.ends = []
-        for rod in body.rods:
+        for rod in model.rods:
             t = tangents(rod.target.points)
             self.ends.append((-t[0], t[-1]))
 
     def name(self, x: np.ndarray) -> dict[str, dict]:
         """Knots of all rods by the rod's name, fit for JSON."""
-        return {rod.scene.name: asdict(knot) for rod, knot in zip(self.body.rods, self.knots(x), strict=True)}
+        return {rod.scene.name: asdict(knot) for rod, knot in zip(self.model.rods, self.knots(x), strict=True)}
 
     def knots(self, x: np.ndarray) -> list[RodKnot]:
-        """Knots of all rods at positions [mm], shape [nodes, 3]."""
+        """Knots of all rods at positions [mm], shape [nodes, unknowns]."""
         result = []
-        for points, ends in zip(self.body.centrelines(x), self.ends, strict=True):
+        for points, ends in zip(self.model.centrelines(x), self.ends, strict=True):
             kind = knot_type(points, ends)
-            linking = tuple(int(linking_number(points, o.point, o.axis)) for o in self.body.scene.obstacles)
+            linking = tuple(int(linking_number(points, o.point, o.axis)) for o in self.model.scene.obstacles)
             result.append(RodKnot(kind.name, str(kind.jones), crossing_signature(points), linking))
         return result
 
     def check_passage(self, before: np.ndarray, after: np.ndarray, time: float) -> None:
         """Raise KnotLost where a strand passed through another from one accepted state to the next."""
-        found = passed_through(self.body.centrelines(before), self.body.centrelines(after), self.diameter)
+        found = passed_through(self.model.centrelines(before), self.model.centrelines(after), self.model.diameter)
         if found is None:
             return
-        rods = [self.body.rods[i] for i in found.rods]
+        rods = [self.model.rods[i] for i in found.rods]
         places = " and ".join(
-            f"s/L = {edge / rod.mesh.slices:.3f} of {rod.scene.name}"
+            f"s/L = {edge / rod.scene.slices:.3f} of {rod.scene.name}"
             for edge, rod in zip(found.edges, rods, strict=True)
         )
         raise KnotLost(f"strands passed through each other at {time:.6g} s: {places}")

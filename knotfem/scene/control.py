@@ -20,6 +20,8 @@ class Tie(Table):
         threshold: largest |lambda - 1| to aim at.
         optimise_direction: choose the straight rod's direction too; without, it lies along z.
         increments: of the mapping.
+        source: folder of a tied three-dimensional run, from whose knot the rod model sets out instead of the
+            centreline's, or none.
     """
 
     path: Literal["polynomial", "linear", "inextensible", "direct"] = "polynomial"
@@ -27,6 +29,7 @@ class Tie(Table):
     threshold: Annotated[Number, Field(gt=0.0, lt=1.0)] = 0.3
     optimise_direction: Flag = True
     increments: Annotated[Integer, Field(ge=1)] = 10
+    source: str | None = None
 
 
 class Solver(Table):

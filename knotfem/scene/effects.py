@@ -57,6 +57,8 @@ class Contact(Table):
         ramp_over_diameter: overlap over which the pressure rises smoothly.
         stick_over_diameter: tangential displacement at which friction is fully mobilised.
         sample_spacing_over_diameter: largest distance between the points of a surface that are looked at.
+        line_stiffness_over_hertz: of the rod model: 1 gives way as two crossed strands of the material do by Hertz's
+            law; sections that are all but rigid take 100 or more.
     """
 
     enabled: Flag = True
@@ -66,6 +68,7 @@ class Contact(Table):
     ramp_over_diameter: Positive = 1.0 / 30.0
     stick_over_diameter: Positive = 1.0 / 60.0
     sample_spacing_over_diameter: Positive = 0.125
+    line_stiffness_over_hertz: Positive = 1.0
 
 
 class Gravity(Table):
@@ -85,9 +88,15 @@ class Drag(Table):
 
     Attributes:
         rate: drag force over momentum [1/s].
+        relaxing: the same in relax steps, where only the rest is asked for; None for the same rate.
     """
 
     rate: Rate
+    relaxing: Rate | None = None
+
+    def rate_of(self, relaxing: bool) -> float:
+        """Rate of a step [1/s]."""
+        return self.relaxing if relaxing and self.relaxing is not None else self.rate
 
 
 class Inertia(Table):

@@ -124,12 +124,15 @@ def _value(text: str) -> object:
 
 
 def _make_absolute(tables: dict[str, Any], folder: Path) -> None:
-    """Make the rods' curve files absolute, so that a scene means the same wherever it is written."""
+    """Make files and folders absolute, so that a scene means the same wherever it is written."""
     rods = tables.get("rods")
     for rod in rods if isinstance(rods, list) else ():
         curve = rod.get("centerline") if isinstance(rod, dict) else None
         if isinstance(curve, str) and Path(curve).suffix in CURVE_SUFFIXES:
             rod["centerline"] = str((folder / curve).resolve())
+    tie = tables.get("tie")
+    if isinstance(tie, dict) and isinstance(tie.get("source"), str):
+        tie["source"] = str((folder / tie["source"]).resolve())
 
 
 def _locate(error: InputError, path: Path, overrides: Sequence[str]) -> InputError:

@@ -106,6 +106,17 @@ class Scene(Table):
         return tuple(complete)
 
     @model_validator(mode="after")
+    def _check_source(self) -> Self:
+        if self.tie.source is not None and self.model != "rod":
+            raise refusal(
+                "only the rod model sets out from another run",
+                at="tie.source",
+                found=f'"{self.tie.source}"',
+                expected='none, or model = "rod"',
+            )
+        return self
+
+    @model_validator(mode="after")
     def _check_pairs(self) -> Self:
         rods, obstacles = [rod.name for rod in self.rods], [obstacle.name for obstacle in self.obstacles]
         for obstacle in obstacles:

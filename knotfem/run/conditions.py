@@ -1,0 +1,91 @@
+"""What a step does to ends and friction, as functions of time, whatever the rods are modelled by."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from knotfem.errors import InputError
+from knotfem.scene.model import Scene
+from knotfem.scene.steps import Load, Pull, Relax, Step
+
+History = Callable[[float], float]
+"""A number as a function of time [s]."""
+
+
+def unit(vector: Sequence[float] | np.ndarray) -> np.ndarray:
+    """The vector's direction, shape [3]."""
+    v = np.array(vector, dtype=float)
+    return v / np.linalg.norm(v)
+
+
+def gravity_of(scene: Scene) -> np.ndarray | None:
+    """Acceleration [mm/s^2], shape [3], or None."""
+    gravity = scene.gravity
+    return None if gravity is None else gravity.acceleration * unit(gravity.direction)
+
+
+def ramp(step: Pull, start: float) -> History:
+    """Displacement of the driven ends [mm] in a step that begins at `start` [s]."""
+    return lambda time: min(step.speed * (time - start), step.displacement)
+
+
+def force_history(force: float, before: float, step: Step, start: float) -> History:
+    """Force on a loaded end [N], which was `before` when the step began at `start` [s]."""
+    if not isinstance(step, Load):
+        return lambda time: force
+    return lambda time: before + (force - before) * min(1.0, (time - start) / step.duration)
+
+
+def following_sign(direction: np.ndarray, outward: np.ndarray, label: str) -> float:
+    """Sign of a following force that at first acts along `direction`.
+
+    Args:
+        direction: unit vector, shape [3].
+        outward: of the rod at its end, of any length, shape [3].
+        label: of the end, such as "rod.start".
+
+    Raises:
+        InputError: the direction is across the rod.
+    """
+    outward = unit(outward)
+    along = float(outward @ direction)
+    if abs(along) < 0.5:
+        raise InputError(
+            "a following force acts along the end's tangent",
+            key=f"steps.ends.{label}.direction",
+            found=str(direction.tolist()),
+            expected=f"near +-{np.round(outward, 3).tolist()}",
+        )
+    return 1.0 if along > 0.0 else -1.0
+
+
+def friction_factor(scene: Scene, step: Step, start: float) -> History | None:
+    """By what the coefficients between rods are multiplied in a step that begins at `start` [s].
+
+    A step without a schedule keeps what the last one before it ended with; None where there was none.
+
+    Raises:
+        InputError: a schedule, and no friction to scale.
+    """
+    names = [other.name for other in scene.steps]
+    scheduled = [other for other in scene.steps[: names.index(step.name) + 1] if other.friction_schedule]
+    if not scheduled:
+        return None
+    reference = scene.contact.friction
+    if reference <= 0.0:
+        raise InputError(
+            "a friction schedule needs friction to scale", key="contact.friction", found=0.0, expected="above 0"
+        )
+    schedule = scheduled[-1].friction_schedule
+    factors = np.array([point.friction for point in schedule]) / reference
+    if scheduled[-1] is not step:
+        return lambda time: float(factors[-1])
+    times = np.array([point.time for point in schedule]) + start
+    return lambda time: float(np.interp(time, times, factors))
+
+
+def drag_rate(scene: Scene, step: Step) -> float:
+    """Rate of drag [1/s] in a step; 0 where the scene has none."""
+    return 0.0 if scene.drag is None else scene.drag.rate_of(isinstance(step, Relax))

@@ -1,0 +1,174 @@
+"""Discrete elastic rods as the model of a scene."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from knotfem.rod.contact_map import ContactMap
+from knotfem.rod.ends import End, EndFrame, clamped, driven, pinned
+from knotfem.rod.march import RodMarch
+from knotfem.rod.model import Side
+from knotfem.run.account import Account
+from knotfem.run.conditions import drag_rate, following_sign, force_history, friction_factor, ramp, unit
+from knotfem.run.mapping import Increment
+from knotfem.run.model import StepSystem
+from knotfem.run.registry import REGISTRY
+from knotfem.run.rod_account import RodAccount
+from knotfem.run.rod_build import core_share, make_rods
+from knotfem.run.rod_fields import tube_fields, tube_mesh
+from knotfem.run.rod_lay import lay
+from knotfem.run.rod_tables import tension_rows, twist_rows
+from knotfem.run.simulation import Fields, Row, SeriesMesh, Simulation
+from knotfem.scene.model import Scene
+from knotfem.scene.steps import Clamped, Driven, Loaded, Pinned, Pull, Step
+from knotfem.solver.effect import Motion
+from knotfem.solver.march import Progress
+from knotfem.tie import CentrelinePath
+
+SIDES = ("start", "end")
+
+
+class Reduced(Simulation):
+    """The reduced model; see `Simulation`.
+
+    Attributes:
+        rod: rods, contacts and where they are.
+    """
+
+    march = RodMarch
+
+    def __init__(self, scene: Scene) -> None:
+        """Lay the rods into the knot and make the effects.
+
+        Raises:
+            InputError: a centreline or a source that cannot be, or a feature that the model does not have.
+        """
+        self.scene, self.rods = scene, lay(scene)
+        self.rod = make_rods(scene, self.rods)
+        self.effects = self.rod.effects
+        self.elastic = [self.rod.stretch, self.rod.bend, self.rod.twist]
+        self.absent = {entry.name: reason for entry in REGISTRY if (reason := entry.absent(scene))}
+        self.scheme, self.sections = self.rod.scheme, self.rod.layout.sections
+        self.dofs, self.segments = 4 * self.rod.layout.nodes, int(self.rod.layout.edges.size)
+        self._frames: dict[Side, EndFrame] | None = {
+            (number, side): frame
+            for number, laid in enumerate(self.rods)
+            for side, frame in zip(SIDES, laid.ends, strict=True)
+        }
+        self._begun = self._frames
+
+    @property
+    def path_kind(self) -> str:
+        """The mapping; there is none from a run that is tied already."""
+        return super().path_kind if self.scene.tie.source is None else "direct"
+
+    def straight(self) -> Motion:
+        return self.rod.progress.motion
+
+    def mapping(self, paths: list[CentrelinePath], linear_solver: str) -> Iterator[Increment]:
+        """The centrelines on their way; the rods themselves are laid where these end."""
+        for mapping_time in self.mapping_times:
+            began = time.perf_counter()
+            x = self.rod.x.copy()
+            if mapping_time < 1.0:
+                x[:, :3] = np.concatenate([path.at(mapping_time) for path in paths])
+            stretch = np.concatenate([path.stretch(mapping_time) for path in paths])
+            yield Increment(mapping_time, stretch, 0, True, time.perf_counter() - began, x, float("nan"))
+
+    def equations(
+        self, step: Step, start: float, origin: np.ndarray, before: dict[str, float], progress: Progress
+    ) -> StepSystem:
+        self.rod.progress = progress
+        frames = self._begun = self._end_frames()
+        self._frames = None
+        ends: dict[Side, End] = {}
+        supports: dict[str, np.ndarray] = {}
+        drives: list[tuple[str, np.ndarray, np.ndarray]] = []
+        for number, laid in enumerate(self.rods):
+            for side in SIDES:
+                wanted, frame = getattr(step.ends[laid.scene.name], side), frames[number, side]
+                label, node = f"{laid.scene.name}.{side}", self._end_node(number, side)
+                if isinstance(wanted, Clamped | Pinned | Driven):
+                    supports[label] = node
+                match wanted:
+                    case Clamped():
+                        ends[number, side] = clamped(frame)
+                    case Pinned():
+                        ends[number, side] = pinned(frame)
+                    case Driven():
+                        assert isinstance(step, Pull)
+                        direction = unit(wanted.direction)
+                        ends[number, side] = driven(frame, direction, ramp(step, start))
+                        drives.insert(0, (label, node, direction))
+                    case Loaded():
+                        direction = unit(wanted.direction)
+                        ends[number, side] = _load(wanted, direction, frame, side, label, step, start, before)
+                        drives.append((label, node, direction))
+        if self.rod.friction is not None:
+            self.rod.friction.factor = friction_factor(self.scene, step, start)
+        for drag in self.named("drag"):
+            drag.rate = drag_rate(self.scene, step)
+        return StepSystem(self.rod.begin(ends), supports, drives)
+
+    def state(self, inside: bool) -> dict[str, Any]:
+        frames = self._begun if inside and self._begun is not None else self._end_frames()
+        return {"frames": {f"{rod}.{side}": vars(frame) for (rod, side), frame in frames.items()}}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        frames: Mapping[str, dict[str, np.ndarray]] = state["frames"]
+        self._frames = {}
+        for label, frame in frames.items():
+            number, side = label.split(".")
+            self._frames[int(number), side] = EndFrame(**frame)
+
+    def account(self) -> Account:
+        return RodAccount(self, self.rod)
+
+    def kinetic(self, v: np.ndarray) -> float:
+        return self.rod.ledger.energies.kinetic
+
+    def centrelines(self, x: np.ndarray) -> list[np.ndarray]:
+        layout = self.rod.layout
+        return [x[layout.of(number), :3] for number in range(layout.rods)]
+
+    def profile(self, x: np.ndarray, time: float, displacement: float) -> Iterable[Row]:
+        shares = [core_share(laid.scene) for laid in self.rods]
+        names = [laid.scene.name for laid in self.rods]
+        return tension_rows(self.rod, names, shares, time, displacement)
+
+    def twist(self, x: np.ndarray, time: float, displacement: float) -> Iterable[Row]:
+        return twist_rows(self.rod, [laid.scene.name for laid in self.rods], time, displacement)
+
+    def contacts(self) -> ContactMap:
+        return self.rod.contacts()
+
+    def series_mesh(self) -> SeriesMesh:
+        return tube_mesh(self.rod.layout)
+
+    def fields(self, x: np.ndarray) -> Fields:
+        return tube_fields(self.rod, [laid.scene.material.poissons_ratio for laid in self.rods])
+
+    def _end_node(self, number: int, side: str) -> np.ndarray:
+        nodes = self.rod.layout.of(number)
+        return np.array([nodes.start if side == "start" else nodes.stop - 1])
+
+    def _end_frames(self) -> dict[Side, EndFrame]:
+        """How the ends lie: as laid or restored, else as the last step left them."""
+        if self._frames is not None:
+            return self._frames
+        return {(number, side): self.rod.end_frame(number, side) for number in range(len(self.rods)) for side in SIDES}
+
+
+def _load(
+    end: Loaded, direction: np.ndarray, frame: EndFrame, side: str, label: str, step: Step, start: float,
+    before: dict[str, float],
+) -> End:  # fmt: skip
+    history = force_history(end.force, before.get(label, 0.0), step, start)
+    if not end.following:
+        return End(force=lambda time: history(time) * direction)
+    sign = following_sign(direction, -frame.tangent if side == "start" else frame.tangent, label)
+    return End(following=lambda time: sign * history(time))

@@ -1,0 +1,51 @@
+"""The account of reduced rods: their own ledger in the run's terms."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from knotfem.rod.model import RodModel
+from knotfem.run.account import Account
+from knotfem.run.model import StepSystem
+from knotfem.run.simulation import Simulation
+from knotfem.solver.effect import StepStart
+
+
+class RodAccount(Account):
+    """Takes works and energies from the rods' ledger, which knows what clamps do by turning and what springs keep."""
+
+    def __init__(self, model: Simulation, rod: RodModel) -> None:
+        super().__init__(model)
+        self._rod = rod
+
+    def open(self, x: np.ndarray, v: np.ndarray, *, anew: bool) -> None:
+        if anew:
+            sums = self._rod.ledger.energies
+            sums.work = sums.friction = sums.drag = sums.numerical = 0.0
+        super().open(x, v, anew=anew)
+
+    def _book(self, step: StepSystem, start: StepStart, x: np.ndarray, v: np.ndarray) -> dict[str, np.ndarray]:
+        ledger, e = self._rod.ledger, self.energies
+        before = ledger.forces
+        ledger.book(step.system, self._rod.frames, start, x, v)
+        forces, sums = ledger.forces, ledger.energies
+        e.turnover += abs(sums.work - e.work)
+        e.work, e.friction, e.drag = sums.work, sums.friction, sums.drag
+        kinetic = e.kinetic
+        self._store(x, v)
+        if "inertia" in forces:
+            mean = 0.5 * (before.get("inertia", forces["inertia"]) + forces["inertia"])
+            e.numerical += float(np.sum(mean * (x - start.motion.x))) - (e.kinetic - kinetic)
+        return forces
+
+    def _store(self, x: np.ndarray, v: np.ndarray) -> None:
+        e, stored = self.energies, self._rod.ledger.energies
+        e.elastic, e.gravity, e.kinetic = stored.elastic, stored.gravity, stored.kinetic
+        e.contact = stored.contact + stored.springs
+
+    def state(self) -> dict:
+        return {**super().state(), "ledger": self._rod.ledger.state()}
+
+    def restore(self, state: dict) -> None:
+        super().restore(state)
+        self._rod.ledger.restore(state["ledger"])

@@ -1,0 +1,93 @@
+"""From a scene to the plain numbers of the reduced model."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from knotfem.effects.registry import REGISTERED
+from knotfem.errors import InputError
+from knotfem.rod.contact import hertz_line_stiffness
+from knotfem.rod.model import RodModel
+from knotfem.rod.spec import ContactSpec, CylinderSpec, RodSpec
+from knotfem.run.build import make_scheme
+from knotfem.run.conditions import gravity_of
+from knotfem.run.registry import REGISTRY, obstacle_friction, rod_friction
+from knotfem.run.rod_lay import LaidRod
+from knotfem.scene.model import Scene
+from knotfem.scene.rods import Rod
+
+
+def refuse_foreign(scene: Scene) -> None:
+    """Refuse what a scene asks for and the reduced model does not have.
+
+    Raises:
+        InputError: an effect that works on hexahedra only.
+    """
+    for entry in REGISTRY:
+        if entry.name in REGISTERED and not entry.absent(scene):
+            raise InputError(
+                "the rod model does not have this effect",
+                key=f"effects.{entry.name}",
+                expected='none, or model = "fem"',
+            )
+
+
+def core_share(rod: Rod) -> float:
+    """Share of the core in the axial stiffness."""
+    return rod.core.axial_stiffness / axial_stiffness(rod) if rod.core is not None else 0.0
+
+
+def axial_stiffness(rod: Rod) -> float:
+    """EA of bulk and core [N]."""
+    bulk = rod.material.youngs_modulus * np.pi * rod.diameter**2 / 4.0
+    return bulk + (rod.core.axial_stiffness if rod.core is not None else 0.0)
+
+
+def rod_spec(laid: LaidRod) -> RodSpec:
+    """Stiffness and mass of a rod: bending and twisting by the bulk, as the truss core of the hexahedra has neither."""
+    rod = laid.scene
+    fourth = (0.5 * rod.diameter) ** 4
+    return RodSpec(
+        laid.target.points,
+        0.5 * rod.diameter,
+        bending=rod.material.youngs_modulus * np.pi * fourth / 4.0,
+        twisting=rod.material.shear_modulus * np.pi * fourth / 2.0,
+        axial=axial_stiffness(rod),
+        mass_per_length=rod.material.density * np.pi * rod.diameter**2 / 4.0,
+        spacing=rod.length / rod.slices,
+        directors=laid.directors,
+    )
+
+
+def contact_spec(scene: Scene) -> ContactSpec | None:
+    """Contact by Hertz's law for the softest rod, or stiffer where the scene says so."""
+    c = scene.contact
+    if not c.enabled:
+        return None
+    d = min(rod.diameter for rod in scene.rods)
+    softest = min((rod.material for rod in scene.rods), key=lambda material: material.youngs_modulus)
+    stiffness = c.line_stiffness_over_hertz * hertz_line_stiffness(softest.youngs_modulus, softest.poissons_ratio)
+    return ContactSpec(stiffness, rod_friction(scene), c.ramp_over_diameter * d, c.sample_spacing_over_diameter * d)
+
+
+def make_rods(scene: Scene, laid: list[LaidRod]) -> RodModel:
+    """The reduced model of a scene whose rods are laid into the knot.
+
+    Raises:
+        InputError: the scene asks for what the model does not have.
+    """
+    refuse_foreign(scene)
+    cylinders = [
+        CylinderSpec(np.array(o.point), np.array(o.axis), 0.5 * o.diameter, mu)
+        for o, mu in zip(scene.obstacles, obstacle_friction(scene), strict=True)
+    ]
+    return RodModel(
+        [rod_spec(rod) for rod in laid],
+        contact_spec(scene),
+        cylinders if scene.contact.enabled else (),
+        gravity_of(scene),
+        0.0 if scene.drag is None else max(scene.drag.rate_of(False), scene.drag.rate_of(True)),
+        make_scheme(scene),
+        scene.solver.linear,
+        scene.solver.threads or 1,
+    )
