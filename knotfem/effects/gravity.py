@@ -26,11 +26,11 @@ class Gravity(Effect):
         self.name = "gravity"
 
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
-        residual -= self.mass[:, None] * self.acceleration
+        residual[:, :3] -= self.mass[:, None] * self.acceleration
         return True
 
     def merit(self, x: np.ndarray) -> float:
         return self.energy(x)
 
     def energy(self, x: np.ndarray) -> float:
-        return -float(self.mass @ (x @ self.acceleration))
+        return -float(self.mass @ (x[:, :3] @ self.acceleration))

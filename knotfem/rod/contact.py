@@ -112,7 +112,7 @@ class Contact(Effect):
             return 1.0
         gap = self._gaps(x + dx)
         near = np.isfinite(gap) & np.isfinite(self.gap)
-        closing = (np.maximum(self.gap, 0.0) - gap)[near]
+        closing = np.maximum(self.gap[near], 0.0) - gap[near]
         largest = float(closing.max()) if closing.size else 0.0
         return min(1.0, self._closing / largest) if largest > self._closing else 1.0
 

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 
 from knotfem.centerline.frames import tangents
+from knotfem.effects.gravity import Gravity
+from knotfem.effects.inertia import Drag, Inertia
 from knotfem.effects.penalty import Penalty
 from knotfem.errors import InputError
 from knotfem.rod.bend import Bend
@@ -21,8 +23,8 @@ from knotfem.rod.frames import Clamp, Frames
 from knotfem.rod.friction import Friction
 from knotfem.rod.layout import RodLayout, make_layout
 from knotfem.rod.ledger import Ledger
-from knotfem.rod.mass import Drag, Inertia, Weight, lumped_mass
-from knotfem.rod.newton import RodMarch
+from knotfem.rod.march import RodMarch
+from knotfem.rod.mass import lumped_mass
 from knotfem.rod.spec import ContactSpec, CylinderSpec, RodSpec, twist_free_directors
 from knotfem.rod.stretch import MERIT_STIFFNESS_OVER_BENDING, Stretch
 from knotfem.rod.system import RodSystem
@@ -49,6 +51,7 @@ class RodModel:
         drag: rate [1/s].
         scheme: time integration.
         linear_solver: see `knotfem.solver.linear.make_solver`.
+        threads: of the linear solver, 0 for its own choice.
 
     Attributes:
         layout: numbering.
@@ -68,10 +71,11 @@ class RodModel:
         drag: float = 0.0,
         scheme: Scheme | None = None,
         linear_solver: str = "auto",
+        threads: int = 0,
     ) -> None:
         self.rods = list(rods)
         self.scheme = BackwardEuler() if scheme is None else scheme
-        self._solver = linear_solver
+        self._solver, self._threads = linear_solver, threads
         chords = [np.linalg.norm(np.diff(rod.points, axis=0), axis=1) for rod in rods]
         spacing = [float(c.mean()) if rod.spacing is None else rod.spacing for rod, c in zip(rods, chords, strict=True)]
         self.layout: RodLayout = make_layout([c.size for c in chords], spacing, [rod.radius for rod in rods])
@@ -94,7 +98,7 @@ class RodModel:
         if drag > 0.0:
             self.effects.append(Drag(self.mass, drag, self.scheme))
         if gravity is not None and np.any(gravity):
-            self.effects.append(Weight(self.mass, np.asarray(gravity, dtype=float)))
+            self.effects.append(Gravity(self.mass[:, 0], np.asarray(gravity, dtype=float)))
         if contact is not None:
             self._add_contact(contact, cylinders)
         elif cylinders:
@@ -209,7 +213,12 @@ class RodModel:
         if self.system is not None:
             self.system.close()
         self.system = RodSystem(
-            [*self.effects, *loads], self.layout, make_solver(self._solver), self.scheme, prescribed, frozen
+            [*self.effects, *loads],
+            self.layout,
+            make_solver(self._solver, self._threads),
+            self.scheme,
+            prescribed,
+            frozen,
         )
         self.system.keep(x)
         self.system.update(x)

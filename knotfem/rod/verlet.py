@@ -10,8 +10,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from knotfem.effects.inertia import Drag
 from knotfem.errors import NotConverged
-from knotfem.rod.mass import Drag
 from knotfem.rod.sparsity import RodPattern
 from knotfem.rod.system import RodSystem
 from knotfem.solver.effect import Effect, Motion, StepStart

@@ -53,11 +53,11 @@ class Iterations:
 
 
 def out_of_balance(residual: np.ndarray, fixed: np.ndarray, sections: np.ndarray) -> tuple[float, float]:
-    """Largest free residual, and largest running sum of section sums along each rod [N].
+    """Largest free residual, and largest running sum of section sums of forces along each rod [N].
 
     Args:
-        residual: shape [nodes, 3].
-        fixed: prescribed unknowns, shape [nodes, 3].
+        residual: shape [nodes, width].
+        fixed: prescribed unknowns, shape [nodes, width].
         sections: index of the cross-section of each node, ascending, shape [nodes].
     """
     free = np.where(fixed, 0.0, residual)
@@ -77,14 +77,14 @@ def solve(
 
     Args:
         system: begun with `start`.
-        x: predicted positions, shape [nodes, 3]; prescribed unknowns may still be off their targets.
+        x: predicted positions, shape [nodes, width]; prescribed unknowns may still be off their targets.
         start: the step.
         settings: tolerances and limits.
         sections: see `out_of_balance`.
         shift: Levenberg-Marquardt shift to begin with [N/mm].
 
     Returns:
-        Positions, shape [nodes, 3], and what it took.
+        Positions, shape [nodes, width], and what it took.
 
     Raises:
         StepFailed: not converged, inverted elements, or a singular matrix.
@@ -122,7 +122,7 @@ def solve(
 def _direction(system, matrix, residual, gap, lifted, settings, took) -> np.ndarray:
     rhs = -residual
     if lifted:
-        rhs = rhs - matrix.multiply(gap.ravel()).reshape(-1, 3)
+        rhs = rhs - matrix.multiply(gap.ravel()).reshape(gap.shape)
     values = matrix.data.copy()
     while True:
         try:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 from numba import njit, prange
@@ -141,7 +142,7 @@ class Pattern:
     upper: bool
 
     @classmethod
-    def from_keys(cls, keys: np.ndarray, nodes: int, upper: bool) -> Pattern:
+    def from_keys(cls, keys: np.ndarray, nodes: int, upper: bool) -> Self:
         """Pattern from sorted unique keys a * nodes + b of a structurally symmetric adjacency (diagonal included)."""
         a, b = np.divmod(keys, nodes)
         if upper:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
@@ -53,6 +54,8 @@ class Clock:
 class System:
     """Residual and tangent of all effects under prescribed motions.
 
+    The first three unknowns of a node are its place; a model of more (`knotfem.rod`) sets `width` and `_pattern`.
+
     Args:
         effects: in the order in which they are assembled.
         nodes: number of nodes.
@@ -60,7 +63,12 @@ class System:
         scheme: time integration scheme.
         prescribed: prescribed motions.
         shift_weights: share of each node in the Levenberg-Marquardt shift, shape [nodes], summing to one.
+
+    Attributes:
+        width: unknowns a node.
     """
+
+    width: ClassVar[int] = 3
 
     def __init__(
         self,
@@ -78,9 +86,9 @@ class System:
         self.prescribed = list(prescribed)
         self.shift_weights = np.full(nodes, 1.0 / nodes) if shift_weights is None else shift_weights
         self.symmetric = all(effect.symmetric for effect in self.effects)
-        self.fixed = np.zeros((nodes, 3), dtype=bool)
+        self.fixed = np.zeros((nodes, self.width), dtype=bool)
         for motion in self.prescribed:
-            self.fixed[motion.nodes] |= np.array(motion.components)
+            self.fixed[motion.nodes, :3] |= np.array(motion.components)
         self.clock = Clock()
         self.analyses = 0
         self.factorisations = 0
@@ -113,7 +121,7 @@ class System:
         self._matrix = None
 
     def residual(self, x: np.ndarray) -> np.ndarray:
-        """Out-of-balance force [N] of all nodes, reactions at prescribed ones included, shape [nodes, 3]."""
+        """Out-of-balance force [N] of all nodes, reactions at prescribed ones included, shape [nodes, width]."""
         return self._total(x, None)[0]
 
     def tangent(self, x: np.ndarray) -> tuple[np.ndarray, Matrix]:
@@ -129,10 +137,11 @@ class System:
         return residual, matrix
 
     def targets(self, time: float) -> np.ndarray:
-        """Prescribed positions at a time, shape [nodes, 3]; zero where nothing is prescribed."""
-        goal = np.zeros((self.nodes, 3))
+        """Prescribed positions at a time, shape [nodes, width]; zero where nothing is prescribed."""
+        goal = np.zeros((self.nodes, self.width))
         for motion in self.prescribed:
-            goal[motion.nodes] = np.where(motion.components, motion.positions(time), goal[motion.nodes])
+            place = goal[motion.nodes, :3]
+            goal[motion.nodes, :3] = np.where(motion.components, motion.positions(time), place)
         return goal
 
     def solve(self, matrix: Matrix, shift: float, rhs: np.ndarray) -> np.ndarray:
@@ -141,17 +150,17 @@ class System:
         Args:
             matrix: tangent; it is constrained and shifted in place.
             shift: Levenberg-Marquardt shift [N/mm] of the whole, shared by `shift_weights`.
-            rhs: shape [nodes, 3].
+            rhs: shape [nodes, width].
 
         Returns:
             Shape [nodes, 3].
         """
         if shift > 0.0:
-            matrix.add_diagonal(np.repeat(shift * self.shift_weights, 3))
+            matrix.add_diagonal(np.repeat(shift * self.shift_weights, self.width))
         self.clock.run("constrain", matrix.constrain, self.fixed.ravel())
         self._factorise(matrix)
         masked = np.where(self.fixed, 0.0, rhs)
-        return self.clock.run("solve", self.solver.solve, masked.ravel()).reshape(-1, 3)
+        return self.clock.run("solve", self.solver.solve, masked.ravel()).reshape(rhs.shape)
 
     def _factorise(self, matrix: Matrix) -> None:
         if self._analysed is not matrix.pattern:
@@ -170,7 +179,7 @@ class System:
             self.clock.run(effect.name, effect.advance, fraction)
 
     def admissible(self, x: np.ndarray, dx: np.ndarray) -> float:
-        """Fraction of a predicted move `dx` from x, shape [nodes, 3], that all effects let through."""
+        """Fraction of a predicted move `dx` from x, shape [nodes, width], that all effects let through."""
         return min((self.clock.run(e.name, e.admissible, x, dx) for e in self.effects), default=1.0)
 
     def merit(self, x: np.ndarray) -> float:
@@ -208,7 +217,7 @@ class System:
         """Residual of each effect by itself, by name; effects of one name are summed."""
         result: dict[str, np.ndarray] = {}
         for effect in self.effects:
-            part = result.setdefault(effect.name, np.zeros((self.nodes, 3)))
+            part = result.setdefault(effect.name, np.zeros((self.nodes, self.width)))
             self.clock.run(effect.name, effect.assemble, x, part, None)
         return result
 
@@ -224,13 +233,16 @@ class System:
 
     def _fill(self, keys: np.ndarray) -> Matrix:
         self._keys = keys
-        pattern = self.clock.run("pattern", Pattern.from_keys, keys, self.nodes, self.symmetric)
+        pattern = self.clock.run("pattern", self._pattern, keys)
         for effect in self.effects:
             self.clock.run("pattern", effect.bind, pattern)
         return Matrix(pattern)
 
+    def _pattern(self, keys: np.ndarray) -> Pattern:
+        return Pattern.from_keys(keys, self.nodes, self.symmetric)
+
     def _static(self, x: np.ndarray, matrix: Matrix | None) -> tuple[np.ndarray, bool]:
-        residual, complete = np.zeros((self.nodes, 3)), True
+        residual, complete = np.zeros((self.nodes, self.width)), True
         for effect in self.effects:
             if effect.name != "inertia":
                 complete &= self.clock.run(effect.name, effect.assemble, x, residual, matrix)

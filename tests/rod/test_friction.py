@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from reduced import MASS, RADIUS, RUBBER, begun, contact, crossing, line, residual, settle, spec
 
-from knotfem.rod.mass import Drag
+from knotfem.effects.inertia import Drag
 from knotfem.rod.model import RodModel
 from knotfem.solver.effect import Motion, StepStart
 
