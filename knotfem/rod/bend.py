@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from knotfem.rod.frames import Frames, edge
+from knotfem.rod.frames import edge
+from knotfem.rod.hinges import Hinged
 from knotfem.rod.rotation import cross, dot
-from knotfem.rod.sparsity import add_blocks, matrix_arguments, stencil_keys
-from knotfem.solver.effect import Effect
+from knotfem.rod.sparsity import add_blocks, matrix_arguments
 from knotfem.solver.sparsity import Matrix
 
 
@@ -89,7 +89,7 @@ def _assemble(x, hinges, stencils, tangent0, modulus, residual, tangent, node_pt
 
 
 @dataclass
-class Bend(Effect):
+class Bend(Hinged):
     """Bending stiffness of all hinges.
 
     Args:
@@ -97,19 +97,8 @@ class Bend(Effect):
         stiffness: B of each rod [N mm^2], shape [rods].
     """
 
-    frames: Frames
-    stiffness: np.ndarray
-
     def __post_init__(self) -> None:
         self.name = "bend"
-
-    @property
-    def modulus(self) -> np.ndarray:
-        """Stiffness over length of each hinge [N mm], shape [hinges]."""
-        return np.asarray(self.stiffness, dtype=float)[hinge_rods(self.frames)] / self.frames.cell
-
-    def keys(self, nodes: int) -> np.ndarray:
-        return stencil_keys(self.frames.stencils, nodes)
 
     def curvature(self, x: np.ndarray) -> np.ndarray:
         """Curvature of each hinge [1/mm], shape [hinges]."""
@@ -130,14 +119,5 @@ class Bend(Effect):
         f = self.frames
         return _assemble(x, f.hinges, f.stencils, f.tangent0, self.modulus, residual, *matrix_arguments(matrix))
 
-    def merit(self, x: np.ndarray) -> float:
-        return self.energy(x)
-
     def energy(self, x: np.ndarray) -> float:
         return _energy(x, self.frames.hinges, self.frames.tangent0, self.modulus)
-
-
-def hinge_rods(frames: Frames) -> np.ndarray:
-    """Rod of each hinge, shape [hinges]."""
-    stencils = frames.stencils
-    return frames.layout.rod[np.where(stencils[:, 0] >= 0, stencils[:, 0], stencils[:, 2])]

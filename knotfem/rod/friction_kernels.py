@@ -194,36 +194,49 @@ def assemble(
 
 
 @njit(cache=True)
+def slip_scratch():
+    """Room for `pair_slip`: w, C, q, n, nodes, B, B', z, the slave's derivative, g, the slip e, two points."""
+    return (
+        np.empty((3, 3)), np.empty((3, 3)), np.empty(3), np.empty(3), np.empty(6, np.int64), np.empty(6), np.empty(6),
+        np.empty(3), np.empty(3), np.empty((2, 3)), np.empty(3), np.empty(3), np.empty(3),
+    )  # fmt: skip
+
+
+@njit(cache=True)
+def pair_slip(x, frames, first, count, base, weights, share, point, u, own, anchor_u, anchor, stored, V, L, room):
+    """Trial slip of one pair, its master a rod of `count` nodes from `first` on; fills g and e of `room`."""
+    w, C, q, n, nodes, B, Bd, z, along, g, e, P, A = room
+    pair_geometry(x, first, count, point, u, base, weights, w, C, q, n, nodes, B, Bd)
+    material.material_frame(x, base, share, frames, own[0], V, L)
+    material.material_point(x, base, weights[0], own[1], own[2], V, P)
+    local = axial_basis(anchor_u, count, w)
+    material.material_frame(x, first + local, hinge_share(anchor_u, local), frames, anchor[0], V, L)
+    material.material_point(x, first + local, w[0], anchor[1], anchor[2], V, A)
+    for i in range(3):
+        z[i] = P[i] - A[i]
+    contact_basis(x, base, weights, n, along, g)
+    return trial_slip(n, z, g, stored, e)
+
+
+@njit(cache=True)
 def potential(
     x, frames, first, sample_base, sample_weights, sample_share, length, points, pairs, u, share, spring, friction,
     force, own, anchor_u, anchor, stored,
 ):  # fmt: skip
     """Friction potential with the given normal forces (lagged), for the line search."""
-    w, C, q, n = np.empty((3, 3)), np.empty((3, 3)), np.empty(3), np.empty(3)
-    nodes, B, Bd = np.empty(6, np.int64), np.empty(6), np.empty(6)
     V, L = material.workspace()
-    P, A, z, along, g, e = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty((2, 3)), np.empty(3)
-    wa = np.empty((3, 3))
+    room = slip_scratch()
     total = 0.0
     for k in range(pairs.shape[0]):
         s, rod = pairs[k]
         limit = friction[k] * force[k]
         if limit == 0.0:
             continue
-        count = first[rod + 1] - first[rod]
-        pair_geometry(
-            x, first[rod], count, points[s], u[k], sample_base[s], sample_weights[s], w, C, q, n, nodes, B, Bd
-        )
-        material.material_frame(x, sample_base[s], sample_share[s], frames, own[k, 0], V, L)
-        material.material_point(x, sample_base[s], sample_weights[s, 0], own[k, 1], own[k, 2], V, P)
-        local = axial_basis(anchor_u[k], count, wa)
-        ahead = first[rod] + local
-        material.material_frame(x, ahead, hinge_share(anchor_u[k], local), frames, anchor[k, 0], V, L)
-        material.material_point(x, ahead, wa[0], anchor[k, 1], anchor[k, 2], V, A)
-        for i in range(3):
-            z[i] = P[i] - A[i]
-        contact_basis(x, sample_base[s], sample_weights[s], n, along, g)
-        total += slip_potential(trial_slip(n, z, g, stored[k], e), spring * length[s] * share[k], limit)
+        size = pair_slip(
+            x, frames, first[rod], first[rod + 1] - first[rod], sample_base[s], sample_weights[s], sample_share[s],
+            points[s], u[k], own[k], anchor_u[k], anchor[k], stored[k], V, L, room,
+        )  # fmt: skip
+        total += slip_potential(size, spring * length[s] * share[k], limit)
     return total
 
 
@@ -285,11 +298,9 @@ def commit(
     The work of sliding is traction times cut, never negative; a pair whose normal force has fallen gives up the elastic
     energy that it cannot hold any more.
     """
-    w, C, q, n = np.empty((3, 3)), np.empty((3, 3)), np.empty(3), np.empty(3)
-    nodes, B, Bd = np.empty(6, np.int64), np.empty(6), np.empty(6)
     V, L = material.workspace()
-    P, A, z, along, g, e = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty((2, 3)), np.empty(3)
-    wa = np.empty((3, 3))
+    room = slip_scratch()
+    g, e = room[9], room[10]
     lost, kept = 0.0, 0.0
     for k in range(pairs.shape[0]):
         s, rod = pairs[k]
@@ -300,20 +311,10 @@ def commit(
             lost += sliding_work(stiffness, before, 0.0, before)
             stored[k, 0] = stored[k, 1] = 0.0
             continue
-        count = first[rod + 1] - first[rod]
-        pair_geometry(
-            x, first[rod], count, points[s], u[k], sample_base[s], sample_weights[s], w, C, q, n, nodes, B, Bd
-        )
-        material.material_frame(x, sample_base[s], sample_share[s], frames, own[k, 0], V, L)
-        material.material_point(x, sample_base[s], sample_weights[s, 0], own[k, 1], own[k, 2], V, P)
-        local = axial_basis(anchor_u[k], count, wa)
-        ahead = first[rod] + local
-        material.material_frame(x, ahead, hinge_share(anchor_u[k], local), frames, anchor[k, 0], V, L)
-        material.material_point(x, ahead, wa[0], anchor[k, 1], anchor[k, 2], V, A)
-        for i in range(3):
-            z[i] = P[i] - A[i]
-        contact_basis(x, sample_base[s], sample_weights[s], n, along, g)
-        size = trial_slip(n, z, g, stored[k], e)
+        size = pair_slip(
+            x, frames, first[rod], first[rod + 1] - first[rod], sample_base[s], sample_weights[s], sample_share[s],
+            points[s], u[k], own[k], anchor_u[k], anchor[k], stored[k], V, L, room,
+        )  # fmt: skip
         scale = 1.0
         if stiffness * size > limit:
             scale = limit / (stiffness * size)

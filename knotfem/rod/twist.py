@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from knotfem.rod.bend import hinge_rods
-from knotfem.rod.frames import Frames, edge, spin
+from knotfem.rod.frames import edge, spin
+from knotfem.rod.hinges import Hinged
 from knotfem.rod.rotation import (
     angle_about,
     half_binormal,
@@ -24,8 +24,7 @@ from knotfem.rod.rotation import (
     nearest_turn,
     transport,
 )
-from knotfem.rod.sparsity import add_blocks, matrix_arguments, stencil_keys
-from knotfem.solver.effect import Effect
+from knotfem.rod.sparsity import add_blocks, matrix_arguments
 from knotfem.solver.sparsity import Matrix
 
 
@@ -118,7 +117,7 @@ def _assemble(
 
 
 @dataclass
-class Twist(Effect):
+class Twist(Hinged):
     """Twisting stiffness of all hinges.
 
     Args:
@@ -126,19 +125,8 @@ class Twist(Effect):
         stiffness: C of each rod [N mm^2], shape [rods].
     """
 
-    frames: Frames
-    stiffness: np.ndarray
-
     def __post_init__(self) -> None:
         self.name = "twist"
-
-    @property
-    def modulus(self) -> np.ndarray:
-        """Stiffness over length of each hinge [N mm], shape [hinges]."""
-        return np.asarray(self.stiffness, dtype=float)[hinge_rods(self.frames)] / self.frames.cell
-
-    def keys(self, nodes: int) -> np.ndarray:
-        return stencil_keys(self.frames.stencils, nodes)
 
     def torque(self, x: np.ndarray) -> np.ndarray:
         """Twisting moment of each hinge [N mm], shape [hinges]."""
@@ -150,9 +138,6 @@ class Twist(Effect):
             x, f.hinges, f.stencils, f.tangent0, f.director0, f.turn0, f.per_radius, self.modulus, residual,
             *matrix_arguments(matrix),
         )  # fmt: skip
-
-    def merit(self, x: np.ndarray) -> float:
-        return self.energy(x)
 
     def energy(self, x: np.ndarray) -> float:
         f = self.frames
