@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
-from knotfem.cost.ladders import Rung, base_rung, make_ladders
+from knotfem.cost.ladders import base_rung, make_ladders
 from knotfem.cost.study import make_campaign
 from knotfem.run.directory import RunDirectory
 from knotfem.run.outputs import FORCE_EXTRA
@@ -95,13 +95,11 @@ def write_run(run: RunDirectory, scene: Scene, *, state: str = "done", reason: s
     )
 
 
-def write_ladders(
-    folder: Path, overrides: tuple[str, ...] = (), more: Iterable[Rung] = (), *, failed: str = ""
-) -> None:
-    """Runs of all rungs of the overhand scene; one of them may have failed."""
+def write_ladders(folder: Path, overrides: tuple[str, ...], names: Sequence[str], *, failed: str = "") -> None:
+    """Runs of ladders of the overhand scene; one of them may have failed."""
     campaign = make_campaign("overhand", overrides, folder, budget=None, jobs=1, tell=lambda text: None)
-    ladders = make_ladders(campaign.scene_of(base_rung()))
-    for rung in [base_rung(), *(rung for rungs in ladders.values() for rung in rungs), *more]:
+    ladders = make_ladders(campaign.scene_of(base_rung()), names)
+    for rung in [base_rung(), *(rung for rungs in ladders.values() for rung in rungs)]:
         state, reason = ("failed", "strands passed through each other") if rung.name == failed else ("done", "")
         write_run(campaign.run_of(rung), campaign.scene_of(rung), state=state, reason=reason)
 

@@ -121,10 +121,15 @@ class Campaign:
     def _fits(self, rung: Rung) -> bool:
         left = self.deadline - time.monotonic()
         needed = self.expected(rung)
-        if rung.name == BASE or needed <= left:
+        hopeless = BASE in self.outcomes and self.outcomes[BASE].state == "failed"
+        if rung.name == BASE or (needed <= left and not hopeless):
             self.tell(f"{rung.name}: started, about {needed / 60.0:.1f} min ({rung.setting})")
             return True
-        reason = f"needs about {needed / 60.0:.1f} min, {max(left, 0.0) / 60.0:.1f} min are left of the budget"
+        reason = (
+            "the scene itself fails"
+            if hopeless
+            else f"needs about {needed / 60.0:.1f} min, {max(left, 0.0) / 60.0:.1f} min are left of the budget"
+        )
         self.outcomes[rung.name] = Outcome("left out", reason)
         self.tell(f"{rung.name}: left out, {reason}")
         return False

@@ -1,0 +1,133 @@
+"""Stored settings: found by class, applied without dimension, refused where none is accurate enough."""
+
+import json
+from dataclasses import asdict, replace
+
+import pytest
+
+from knotfem.cost import accuracy, records
+from knotfem.cost.accuracy import accurate_overrides, parse_share, recommended
+from knotfem.cost.records import Record, Setting, class_of, store, stored, user_file
+from knotfem.errors import InputError
+from knotfem.scene import load_scene, scene_to_toml
+
+COARSE = Setting("slice-x2", 0.04, 0.005, 50.0, 60.0, 400.0, "fem", "hex8", 12, 2 / 3, 0.5, 2e-7, 48.0, 0.125, 1 / 60)
+FINE = replace(COARSE, rung="uniform-48", error=0.006, cpu_s=900.0, section_elements=48, element_length=1 / 6)
+REDUCED = replace(COARSE, rung="model-rod", error=0.03, cpu_s=2.0, model="rod")
+
+
+def record(scene: str, *settings: Setting, kind: str = "rod-on-obstacle") -> Record:
+    return Record(scene, kind, "force", 16.5, settings, "limits", "1.0", "2026-01-01", {"processors": 2})
+
+
+BOWLINE = record("bowline", COARSE, FINE)
+
+
+@pytest.fixture(autouse=True)
+def only_these(monkeypatch: pytest.MonkeyPatch, tmp_path) -> None:
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    monkeypatch.setattr(accuracy, "stored", lambda: [BOWLINE])
+
+
+@pytest.mark.parametrize(("text", "share"), [("2%", 0.02), (" 0.5 % ", 0.005), ("0.01", 0.01), ("1e-3", 0.001)])
+def test_shares(text, share):
+    assert parse_share(text) == pytest.approx(share)
+
+
+@pytest.mark.parametrize("text", ["2", "0%", "-1%", "two", "", "5 mm", "nan", "1e%e"])
+def test_no_shares(text):
+    with pytest.raises(InputError, match="not an accuracy"):
+        parse_share(text)
+
+
+def test_classes():
+    kinds = {"bowline": "rod-on-obstacle", "overhand": "knot", "cantilever": "free-rod", "sheet-bend": "several-rods"}
+    assert {name: class_of(load_scene(name)) for name in kinds} == kinds
+
+
+def test_cheapest_within_the_target():
+    scene = load_scene("bowline")
+    assert recommended(scene, 0.05, [BOWLINE])[1] is COARSE
+    assert recommended(scene, 0.02, [BOWLINE])[1] is FINE
+    assert recommended(scene, 0.044, [BOWLINE])[1] is FINE, "the reference's uncertainty counts"
+
+
+def test_own_scene_goes_before_its_class():
+    scene = load_scene("bowline")
+    other = record("capstan", replace(COARSE, cpu_s=1.0))
+    assert recommended(scene, 0.05, [other, BOWLINE])[0] is BOWLINE
+    assert recommended(load_scene("clove-hitch"), 0.05, [other, BOWLINE])[0] is other
+
+
+def test_model_that_is_asked_for_is_kept():
+    both = record("bowline", COARSE, REDUCED)
+    assert recommended(load_scene("bowline"), 0.05, [both])[1] is REDUCED
+    assert recommended(load_scene("bowline"), 0.05, [both], "fem")[1] is COARSE
+
+
+def test_finer_than_any_is_refused():
+    with pytest.raises(InputError, match=r"found 1\.00%; expected 1\.10% or more \(knotfem cost bowline"):
+        accurate_overrides("bowline", [], "1%")
+    with pytest.raises(InputError, match=r"class knot; .*expected a scene of a class that was measured"):
+        accurate_overrides("overhand", [], "5%")
+
+
+def test_settings_are_applied_and_recorded():
+    overrides, says = accurate_overrides("bowline", ["steps.1.displacement=30 mm"], "2%")
+    scene = load_scene("bowline", overrides)
+    assert (scene.rods[0].mesh.section_elements, scene.rods[0].mesh.element) == (48, "hex8")
+    assert scene.rods[0].mesh.element_length == pytest.approx(1.0)
+    assert scene.steps[1].displacement == 30.0
+    assert scene.accuracy is not None
+    assert (scene.accuracy.wanted, scene.accuracy.rung, scene.accuracy.scene) == (0.02, "uniform-48", "bowline")
+    assert scene.accuracy.measured == pytest.approx(0.011)
+    assert "2.00% in the force: settings of uniform-48, measured on bowline" in says
+
+
+def test_scene_with_its_accuracy_is_written_and_read_as_the_same(tmp_path):
+    scene = load_scene("bowline", accurate_overrides("bowline", [], "5%")[0])
+    (tmp_path / "scene.toml").write_text(scene_to_toml(scene))
+    assert load_scene(tmp_path / "scene.toml") == scene
+
+
+def test_scaled_rod_gets_scaled_settings():
+    larger = ["rods.0.diameter=12 mm", "rods.0.length=1200 mm", "obstacles.0.diameter=40 mm"]
+    scene = load_scene("bowline", accurate_overrides("bowline", larger, "2%")[0])
+    assert scene.rods[0].mesh.element_length == pytest.approx(2.0)
+    assert scene.solver.force_tolerance == pytest.approx(2e-7 * 1.425 * 144.0)
+
+
+@pytest.mark.parametrize(
+    "override", ["rods.0.mesh.element_length=1 mm", "solver.move_over_diameter=0.1", "contact.stick_over_diameter=0.1"]
+)
+def test_override_of_what_accuracy_decides_is_refused(override):
+    with pytest.raises(InputError, match="--accuracy decides this"):
+        accurate_overrides("bowline", [override], "5%")
+
+
+def test_run_keeps_its_settings(tmp_path):
+    with pytest.raises(InputError, match="a run keeps its settings"):
+        accurate_overrides(str(tmp_path), [], "5%")
+
+
+def test_store_replaces_the_same_scene_and_is_read_first():
+    store(record("bowline", COARSE), user_file())
+    store(record("capstan", COARSE), user_file())
+    store(BOWLINE, user_file())
+    found = stored()
+    assert [entry.scene for entry in found[:2]] == ["bowline", "capstan"]
+    assert found[0] == BOWLINE
+
+
+def test_damaged_store_is_refused():
+    path = user_file()
+    path.parent.mkdir(parents=True)
+    path.write_text(json.dumps({"measured": [{**asdict(BOWLINE), "window": 1.0, "surprise": 2}]}))
+    with pytest.raises(InputError, match="no recommendations"):
+        stored()
+
+
+def test_shipped_records_can_be_read():
+    for entry in records.stored():
+        assert entry.settings
+        assert all(setting.bound > 0.0 for setting in entry.settings)

@@ -1,0 +1,137 @@
+"""Rungs run in processes, in order, within a budget; what is done is kept. The processes are stand-ins."""
+
+import sys
+from pathlib import Path
+
+import pytest
+from manufactured import write_run
+
+from knotfem.cost import campaign as module
+from knotfem.cost.campaign import Campaign, Outcome
+from knotfem.cost.ladders import Rung, base_rung
+from knotfem.errors import InputError, Stopped
+from knotfem.run.stop import StopRequest
+from knotfem.scene import load_scene
+
+STAND_IN = """
+import json, os, pathlib, sys, time
+run = pathlib.Path(sys.argv[1])
+with open(run.parents[1] / "order", "a") as order:
+    order.write(run.name + "\\n")
+plan = json.loads((run.parents[1] / "plan.json").read_text()).get(run.name, {})
+(run / "seen.json").write_text(json.dumps({"limit": sys.argv[2:], "threads": os.environ["NUMBA_NUM_THREADS"]}))
+time.sleep(plan.get("sleep", 0.0))
+if "state" in plan:
+    (run / "status.json").write_text(json.dumps({"state": plan["state"], "reason": plan.get("reason", "")}))
+sys.exit(plan.get("code", 0))
+"""
+FINE = Rung("fine", "slice", "1 mm", 0.5, ("rods.0.mesh.element_length=1 mm",))
+COARSE = Rung("coarse", "slice", "4 mm", 2.0, ("rods.0.mesh.element_length=4 mm",))
+
+
+def scene_of(rung: Rung):
+    return load_scene("overhand", rung.overrides)
+
+
+@pytest.fixture
+def make(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Campaigns whose processes do as they are told, by rung."""
+    script = tmp_path / "stand_in.py"
+    script.write_text(STAND_IN)
+    monkeypatch.setattr(module, "WORKER", (sys.executable, str(script)))
+    monkeypatch.setattr(module, "POLL", 0.01)
+
+    def build(plan: str = "{}", **settings) -> Campaign:
+        (tmp_path / "plan.json").write_text(plan)
+        campaign = Campaign(tmp_path, scene_of, **{"jobs": 1, "threads": 1, **settings})
+        campaign.told = []
+        campaign.tell = campaign.told.append
+        return campaign
+
+    return build
+
+
+def order(folder: Path) -> list[str]:
+    path = folder / "order"
+    return path.read_text().split() if path.exists() else []
+
+
+def test_scene_first_then_by_expected_cost(make, tmp_path):
+    campaign = make()
+    campaign.take([FINE, base_rung(), COARSE])
+    assert order(tmp_path) == ["base", "coarse", "fine"]
+    assert {name: outcome.state for name, outcome in campaign.outcomes.items()} == dict.fromkeys(
+        ("base", "coarse", "fine"), "done"
+    )
+    assert load_scene(tmp_path / "runs" / "fine" / "scene.toml") == scene_of(FINE)
+    assert (tmp_path / "runs" / "fine" / "seen.json").read_text() == '{"limit": [], "threads": "1"}'
+
+
+def test_budget_leaves_out_what_does_not_fit_and_says_so(make, tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "expected_seconds", lambda scene: 1e3 if scene == scene_of(FINE) else 1.0)
+    monkeypatch.setattr(module, "START_SECONDS", 1.0)
+    campaign = make(deadline=module.time.monotonic() + 60.0)
+    campaign.take([FINE, base_rung(), COARSE])
+    assert order(tmp_path) == ["base", "coarse"]
+    assert campaign.outcomes["fine"].state == "left out"
+    assert "16.7 min" in campaign.outcomes["fine"].reason
+    assert any(text.startswith("fine: left out") for text in campaign.told)
+    limit = (tmp_path / "runs" / "base" / "seen.json").read_text()
+    assert 50.0 < float(limit.split('"')[3]) <= 60.0
+
+
+def test_pace_of_what_is_done_corrects_what_is_expected(make, monkeypatch):
+    monkeypatch.setattr(module, "expected_seconds", lambda scene: 10.0)
+    campaign = make()
+    assert campaign.expected(FINE) == 10.0
+    monkeypatch.setattr(module, "START_SECONDS", 30.0)
+    campaign.take([base_rung()])
+    assert campaign.expected(FINE) == pytest.approx(30.0)
+
+
+def test_failure_is_an_outcome(make):
+    plan = '{"coarse": {"code": 5, "state": "failed", "reason": "strands passed"}, "fine": {"code": -9}}'
+    campaign = make(plan)
+    campaign.take([base_rung(), COARSE, FINE])
+    assert campaign.outcomes["coarse"] == Outcome("failed", "strands passed")
+    assert campaign.outcomes["fine"].state == "failed"
+    assert "worker.log" in campaign.outcomes["fine"].reason
+
+
+def test_nothing_is_started_once_the_scene_itself_fails(make, tmp_path):
+    campaign = make('{"base": {"code": 4, "state": "failed"}}')
+    campaign.take([base_rung(), COARSE])
+    assert order(tmp_path) == ["base"]
+    assert campaign.outcomes["coarse"] == Outcome("left out", "the scene itself fails")
+
+
+def test_what_is_done_is_kept_and_the_rest_goes_on(make, tmp_path):
+    first = make('{"coarse": {"code": 75, "state": "stopped"}}')
+    write_run(first.run_of(base_rung()), scene_of(base_rung()))
+    first.take([base_rung(), COARSE])
+    assert order(tmp_path) == ["coarse"]
+    assert first.outcomes["coarse"].state == "stopped"
+    again = make()
+    again.take([base_rung(), COARSE])
+    assert order(tmp_path) == ["coarse", "coarse"]
+    assert again.outcomes["coarse"].state == "done"
+
+
+def test_run_of_another_scene_is_not_taken(make):
+    campaign = make()
+    write_run(campaign.run_of(COARSE), scene_of(base_rung()))
+    with pytest.raises(InputError, match="another scene"):
+        campaign.take([COARSE])
+    threads = load_scene("overhand", [*FINE.overrides, "solver.threads=2"])
+    write_run(campaign.run_of(FINE), threads)
+    campaign.take([FINE])
+
+
+def test_asked_to_stop_ends_the_processes(make, tmp_path, monkeypatch):
+    campaign = make('{"base": {"sleep": 60}, "coarse": {"sleep": 60}}', jobs=2)
+    monkeypatch.setattr(StopRequest, "due", property(lambda self: len(order(tmp_path)) == 2))
+    began = module.time.monotonic()
+    with pytest.raises(Stopped, match="the same command goes on"):
+        campaign.take([base_rung(), COARSE])
+    assert module.time.monotonic() - began < 30.0
+    assert sorted(order(tmp_path)) == ["base", "coarse"]

@@ -1,0 +1,144 @@
+"""A whole cost table from runs whose errors follow a known law."""
+
+import json
+
+import numpy as np
+import pytest
+from manufactured import LAW, TRUE_BENT, TRUE_FORCE, cpu_of, error_of, write_ladders, write_run
+
+from knotfem.cost import files, records, tables
+from knotfem.cost.ladders import Rung
+from knotfem.cost.study import run_study
+from knotfem.errors import InputError, NotConverged
+from knotfem.run.directory import RunDirectory
+from knotfem.run.tables import read_table
+from knotfem.scene import load_scene
+
+NAMES = ("slice", "section", "step", "penalty", "tolerance", "uniform", "element")
+PULL = "steps.1.displacement=30 mm"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    path = tmp_path_factory.mktemp("cost")
+    write_ladders(path, (PULL,), NAMES, failed="slice-x2")
+    return path
+
+
+@pytest.fixture(scope="module")
+def study(folder):
+    return run_study("overhand", [PULL], folder, budget=None, names=NAMES, jobs=1, tell=lambda text: None)
+
+
+def test_orders_are_those_of_the_law(study):
+    found = study.limits["force"]
+    for ladder, (_, order) in LAW.items():
+        assert found[ladder].order == pytest.approx(order, rel=1e-3), ladder
+        assert found[ladder].asymptotic
+    assert found["tolerance"].verdict == "no effect"
+
+
+def test_reference_is_the_truth_within_what_it_says(study):
+    reference = study.references["force"][0]
+    assert reference.value[-1] == pytest.approx(TRUE_FORCE, rel=reference.uncertainty)
+    assert reference.uncertainty < 0.02
+    (added_up,) = [other for other in study.references["force"] if "added up" in other.source]
+    assert added_up.value[-1] == pytest.approx(TRUE_FORCE, rel=1e-4)
+
+
+def test_errors_and_costs_of_rungs(study):
+    uncertainty = study.references["force"][0].uncertainty
+    for entry in study.measured:
+        if entry.done:
+            assert study.error(entry, "force") == pytest.approx(error_of(entry.scene), abs=uncertainty), entry.rung.name
+            assert entry.cpu["total"] == pytest.approx(cpu_of(entry.scene))
+            assert entry.cpu["other"] == pytest.approx(0.08 * entry.cpu["total"])
+    assert study.error(study.base, "penetration") == pytest.approx(0.01)
+    assert study.base.quantities["knot_size"][0] == pytest.approx(TRUE_BENT, rel=0.05)
+    fine = next(entry for entry in study.measured if entry.rung.name == "slice-x0.5")
+    assert study.own_error(fine, "force") == pytest.approx(0.25 * LAW["slice"][0], abs=1e-4)
+
+
+def test_failed_rung_is_in_the_table_without_an_error(study):
+    failed = next(entry for entry in study.measured if entry.rung.name == "slice-x2")
+    assert (failed.done, failed.outcome.reason) == (False, "strands passed through each other")
+    assert np.isnan(study.error(failed, "force"))
+    assert any("slice-x2 (failed)" in line for line in tables.recommendations(study))
+
+
+def test_recommendation_is_the_cheapest_within_the_target(study):
+    for target in (0.05, 0.02):
+        cheapest = study.cheapest(target)
+        if cheapest is None:
+            assert all(not study.bound(entry) <= target for entry in study.measured if entry.done)
+            continue
+        assert study.bound(cheapest) <= target
+        for entry in study.measured:
+            if entry.done and study.bound(entry) <= target:
+                assert entry.cpu["total"] >= cheapest.cpu["total"]
+    assert study.cheapest(0.05) is not None
+    assert study.cheapest(1e-6) is None
+
+
+def test_files(study, folder, tmp_path):
+    record = records.record_of(study)
+    files.write_study(study, record, tmp_path)
+    table = read_table(tmp_path / "cost.csv")
+    assert list(table["rung"]) == [entry.rung.name for entry in study.measured]
+    assert {"force_error", "force_own_error", "contact_cpu_s", "peak_memory_mb", "pareto"} <= set(table)
+    assert table["pareto"].sum() == len(study.front) == len(record.settings)
+    assert (tmp_path / "cost.png").stat().st_size > 10_000
+    assert json.loads((tmp_path / "recommendation.json").read_text())["scene"] == "overhand"
+
+
+def test_table_names_front_orders_and_sources(study):
+    from rich.console import Console
+
+    console = Console(width=400)
+    with console.capture() as captured:
+        console.print(*tables.tables(study), sep="\n")
+    text = captured.get()
+    assert "* uniform-108" in text
+    assert "limits of section, slice, step, penalty, tolerance added up" in text
+    assert "failed, strands passed through each other" in text
+
+
+def test_combination_follows_from_the_ladders_and_is_run(folder, monkeypatch):
+    from knotfem.cost import campaign
+
+    taken: list[Rung] = []
+
+    def start(self, rung):
+        taken.append(rung)
+        write_run(self.run_of(rung), self.scene_of(rung))
+        return campaign.subprocess.Popen(["true"])
+
+    monkeypatch.setattr(campaign.Campaign, "_start", start)
+    names = ["slice", "section", "step", "chosen"]
+    study = run_study("overhand", [PULL], folder, budget=None, names=names, jobs=1, tell=lambda text: None)
+    assert taken
+    assert {entry.rung.ladder for entry in study.measured} >= {"chosen"}
+    for rung in taken:
+        parts = rung.name.split("+")
+        assert len(parts) > 1
+        combined = next(entry for entry in study.measured if entry.rung == rung)
+        changed = {entry.rung.name: entry.scene for entry in study.measured}
+        for part in parts:
+            if part.startswith("section"):
+                assert combined.scene.rods[0].mesh.section_elements == changed[part].rods[0].mesh.section_elements
+
+
+def test_scene_that_fails_has_no_table(tmp_path):
+    write_run(
+        RunDirectory(tmp_path / "runs" / "base"),
+        load_scene("overhand", ["output.fields=false", PULL]),
+        state="failed",
+        reason="lost",
+    )
+    with pytest.raises(NotConverged, match="the scene itself fails: lost"):
+        run_study("overhand", [PULL], tmp_path, budget=None, names=["slice"], jobs=1, tell=lambda text: None)
+
+
+def test_folder_of_another_window_is_refused(folder):
+    with pytest.raises(InputError, match="another scene"):
+        run_study("overhand", [], folder, budget=None, names=["slice"], jobs=1, tell=lambda text: None)

@@ -1,0 +1,62 @@
+"""Every effect that a scene calls for can be switched off by what its switch overrides."""
+
+import pytest
+from manufactured import write_run
+
+from knotfem.cost.ladders import Rung, base_rung
+from knotfem.cost.study import make_campaign
+from knotfem.cost.switches import SWITCHES, effects_columns, effects_of, effects_table, run_effects
+from knotfem.run.registry import REGISTRY
+from knotfem.scene import load_scene
+
+PAIRS = 'contact.pairs=[{between=["rod","rod"], friction=0.5}, {between=["rod","cylinder"], friction=0.2}]'
+
+
+def test_every_registered_effect_but_loads_has_a_switch():
+    assert {entry.name for entry in REGISTRY} - set(SWITCHES) == {"load"}
+
+
+@pytest.mark.parametrize(
+    ("scene", "overrides"),
+    [
+        ("bowline", ()),
+        ("bowline", (PAIRS,)),
+        ("overhand", ("steps.1.friction_schedule=[{time='0 s', friction=0.1}, {time='1 s', friction=0.3}]",)),
+        ("cantilever", ()),
+        ("crossed-rods", ()),
+    ],
+)
+def test_switched_off_is_absent_and_the_rest_stays(scene, overrides):
+    base = load_scene(scene, overrides)
+    present = effects_of(base)
+    assert present
+    for name in present:
+        without = load_scene(scene, [*overrides, *SWITCHES[name](base)])
+        left = effects_of(without)
+        assert name not in left
+        gone = set(present) - set(left)
+        needs = {"contact": {"friction", "cylinder", "cylinder friction"}, "cylinder": {"cylinder friction"}}
+        assert gone - {name} <= needs.get(name, set())
+
+
+def test_costs_and_changes(tmp_path):
+    campaign = make_campaign("overhand", (), tmp_path, budget=None, jobs=1, tell=lambda text: None)
+    base = campaign.scene_of(base_rung())
+    write_run(campaign.run_of(base_rung()), base)
+    for name in effects_of(base):
+        rung = Rung(f"without-{name}", "effects", "", None, tuple(SWITCHES[name](base)))
+        write_run(
+            campaign.run_of(rung),
+            campaign.scene_of(rung),
+            state="failed" if name == "contact" else "done",
+            reason="lost",
+        )
+    study = run_effects("overhand", (), tmp_path, budget=None, jobs=1, tell=lambda text: None)
+    assert set(study.without) == {"core", "drag", "contact", "friction"}
+    assert study.share("contact") == pytest.approx(0.15)
+    assert study.saved("core") == pytest.approx(0.0)
+    assert study.change("core", "force") == 0.0
+    columns = effects_columns(study)
+    assert list(columns["effect"]) == list(study.without)
+    assert columns["state"][list(columns["effect"]).index("contact")] == "failed"
+    assert effects_table(study).row_count == 4
