@@ -1,0 +1,86 @@
+"""Costs are booked by part, once, also over sessions."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from knotfem.run.directory import RunDirectory
+from knotfem.run.summary import Summary
+from knotfem.scene import Scene
+from knotfem.solver.system import Clock
+
+
+class Names:
+    """Of a system's effects, with clocks that are set by hand."""
+
+    def __init__(self) -> None:
+        self.effects = [SimpleNamespace(name=name) for name in ("elasticity", "contact", "friction")]
+        self.clock, self.analyses, self.factorisations = Clock(), 0, 0
+
+    def spend(self, seconds: float, *names: str) -> None:
+        for name in names:
+            self.clock.cpu[name] = self.clock.cpu.get(name, 0.0) + seconds
+            self.clock.wall[name] = self.clock.wall.get(name, 0.0) + 2.0 * seconds
+        self.factorisations += 1
+
+
+@pytest.fixture
+def summary(scene: Scene, tmp_path) -> Summary:
+    model: Any = SimpleNamespace(diameter=6.0, absent={}, dofs=30, hexes=4, segments=0)
+    return Summary(RunDirectory.create(scene, tmp_path / "run"), model)
+
+
+def test_parts(summary):
+    system: Any = Names()
+    summary.begin_phase("pull")
+    system.spend(1.0, "elasticity", "contact", "friction", "pattern", "constrain", "analysis", "factorisation", "solve")
+    summary.book(system)
+    cpu = {name: entry["cpu_s"] for name, entry in summary.figures["costs"].items()}
+    assert cpu == {"assembly": 3.0, "contact": 2.0, "factorisation": 2.0, "solve": 1.0, "output": 0.0}
+    assert summary.figures["costs"]["contact"]["wall_s"] == 4.0
+    assert summary.figures["effects"]["contact"]["cpu_s"] == 1.0
+    assert summary.figures["factorisations"] == 1
+
+
+def test_booking_twice_books_what_came_in_between(summary):
+    system: Any = Names()
+    summary.begin_phase("pull")
+    for _ in range(3):
+        system.spend(1.0, "contact")
+        summary.book(system)
+    assert summary.figures["costs"]["contact"]["cpu_s"] == 3.0
+    assert summary.figures["factorisations"] == 3
+    summary.begin_phase("hold")
+    other: Any = Names()
+    other.spend(1.0, "contact")
+    summary.book(other)
+    assert summary.figures["costs"]["contact"]["cpu_s"] == 4.0
+    assert set(summary.figures["phases"]) == {"pull", "hold"}
+
+
+def test_what_a_checkpoint_knows_is_not_lost(summary):
+    system: Any = Names()
+    summary.begin_phase("pull")
+    system.spend(1.0, "solve")
+    summary.book(system)
+    spent = summary.figures["phases"]["pull"]["wall_s"]
+    later = Summary(summary.run, summary.model)
+    later.restore(summary.state())
+    later.begin_phase("pull")
+    again: Any = Names()
+    again.spend(0.5, "solve")
+    later.book(again)
+    assert later.figures["costs"]["solve"]["cpu_s"] == 1.5
+    assert later.figures["phases"]["pull"]["wall_s"] > spent
+
+
+def test_nothing_is_booked_before_a_phase(summary):
+    summary.book()
+    assert summary.figures["phases"] == {}
+
+
+def test_output_is_booked_also_where_it_fails(summary):
+    with pytest.raises(OSError, match="full"), summary.output():
+        raise OSError("full")
+    assert summary.figures["costs"]["output"]["wall_s"] > 0.0
