@@ -82,6 +82,17 @@ class Rod:
         return lumped_mass(local, self.bulk.formulation, self.density, len(self.mesh.nodes))
 
     @property
+    def area(self) -> float:
+        """Of the facetted section [mm^2]."""
+        return float(self.bulk.formulation.weights.sum()) / self.mesh.element_length
+
+    @property
+    def youngs(self) -> float:
+        """E [MPa]."""
+        G, K = self.bulk.shear_modulus, self.bulk.bulk_modulus
+        return 9.0 * K * G / (3.0 * K + G)
+
+    @property
     def end_weights(self) -> np.ndarray:
         """Share of each node of a section in a uniform traction."""
         share = lumped_mass(self.bulk.elements[:1] - self.first, self.bulk.formulation, 1.0, len(self.points) * 2)

@@ -21,18 +21,32 @@ CORNERS = np.array(
 )
 
 
-def bricks(nodes: np.ndarray, hexes: np.ndarray, shear: float, bulk: float) -> Elasticity:
-    """Q1P0 on hexahedra of any shape: one "slice" in which every element has tables of its own."""
-    grads, weights = np.empty((len(hexes), 8, 8, 3)), np.empty((len(hexes), 8))
-    shapes = np.empty((8, 8))
-    for point, where in enumerate(CORNERS / np.sqrt(3.0)):
+def tables(corners: np.ndarray, points: np.ndarray) -> Formulation:
+    """Tables of trilinear hexahedra of any shape, with constant pressure.
+
+    Args:
+        corners: of each hexahedron, shape [hexes, 8, 3].
+        points: of integration in [-1, 1]^3, of equal weights, shape [points, 3].
+    """
+    count = len(points)
+    grads, weights, shapes = (
+        np.empty((len(corners), count, 8, 3)),
+        np.empty((len(corners), count)),
+        np.empty((count, 8)),
+    )
+    for point, where in enumerate(points):
         f = 1.0 + CORNERS * where
         shapes[point] = f.prod(axis=1) / 8.0
         rates = CORNERS * np.stack([f[:, 1] * f[:, 2], f[:, 0] * f[:, 2], f[:, 0] * f[:, 1]], axis=1) / 8.0
-        jacobian = np.einsum("eai,ak->eik", nodes[hexes], rates)
+        jacobian = np.einsum("eai,ak->eik", corners, rates)
         grads[:, point] = np.einsum("ak,eki->eai", rates, np.linalg.inv(jacobian))
-        weights[:, point] = np.linalg.det(jacobian)
-    return Elasticity(hexes[None], Formulation(grads, weights, shapes, np.ones((8, 1))), shear, bulk)
+        weights[:, point] = np.linalg.det(jacobian) * 8.0 / count
+    return Formulation(grads, weights, shapes, np.ones((count, 1)))
+
+
+def bricks(nodes: np.ndarray, hexes: np.ndarray, shear: float, bulk: float) -> Elasticity:
+    """Q1P0 on hexahedra of any shape: one "slice" in which every element has tables of its own."""
+    return Elasticity(hexes[None], tables(nodes[hexes], CORNERS / np.sqrt(3.0)), shear, bulk)
 
 
 def stretched(stretch: float, element: str) -> list[Quantity]:
@@ -41,8 +55,7 @@ def stretched(stretch: float, element: str) -> list[Quantity]:
     X, far = rod.mesh.nodes, rod.sections[-1]
     top = Prescribed(far, lambda time: X[far] + [0.0, 0.0, 30.0 * (stretch - 1.0)], components=(False, False, True))
     x, system, _ = static(rod.effects, X, [*beam_clamp(rod), top], rod.section_index)
-    area = rod.bulk.formulation.weights.sum() / rod.mesh.element_length
-    expected = rod.bulk.shear_modulus * (stretch - stretch**-2) * area
+    expected = rod.bulk.shear_modulus * (stretch - stretch**-2) * rod.area
     return [Quantity("P [N]", float(system.residual(x)[far, 2].sum()), float(expected), 0.005)]
 
 

@@ -7,6 +7,7 @@ from knotfem.verify.verdict import Case
 
 def closed_forms() -> list[Case]:
     """The suite of `knotfem verify`."""
-    from knotfem.verify import bending, oscillator, slope, small_motions, solids
+    from knotfem.verify import bending, capstan, contact_patch, hertz, oscillator, slope, small_motions, solids
 
-    return [*bending.CASES, *solids.CASES, *small_motions.CASES, *oscillator.CASES, *slope.CASES]
+    rods = [*bending.CASES, *solids.CASES, *small_motions.CASES, *oscillator.CASES]
+    return [*rods, *hertz.CASES, *contact_patch.CASES, *slope.CASES, *capstan.CASES]
