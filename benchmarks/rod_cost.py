@@ -1,0 +1,46 @@
+"""Cost of a step by the number of segments: the loose bowline, pulled by 6 mm, from 150 to 2400 segments.
+
+The rod, the scene and the path are the same; wall seconds and Newton iterations are counted, and the slope of seconds
+an iteration over segments is fitted (1: linear).
+
+Run with: python benchmarks/rod_cost.py
+"""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+from rod_common import UP, bowline, hold_ends, rest, table
+
+from knotfem.rod.ends import driven
+from knotfem.solver.march import StepControl
+
+
+def measure(segments: int) -> tuple[float, ...]:
+    """Segments, iterations of the pull, its wall seconds, milliseconds an iteration and what part is the solver's."""
+    model = bowline(0.33, segments)
+    hold_ends(model)
+    rest(model)
+    since, before = model.time, model.progress.iterations
+    way = driven(model.end_frame(0, "start"), UP, lambda now: 4.0 * (now - since))
+    system = model.begin({(0, "start"): way})
+    began = time.perf_counter()
+    for _ in model.march(StepControl(0.025, 1e-6, 1.5, 3.0), model.settings(), [since + 1.5]):
+        pass
+    wall = time.perf_counter() - began
+    count = model.progress.iterations - before
+    solving = sum(system.clock.wall.get(name, 0.0) for name in ("analysis", "factorisation", "solve"))
+    return segments, count, wall, 1e3 * wall / count, solving / wall
+
+
+def main() -> None:
+    measure(150)
+    rows = [measure(segments) for segments in (150, 300, 600, 1200, 2400)]
+    table("cost", ("segments", "iterations", "wall s", "ms/iteration", "solver's share"), rows)
+    n, ms = np.array(rows)[:, [0, 3]].T
+    print(f"seconds an iteration grow with segments to the power {np.polyfit(np.log(n), np.log(ms), 1)[0]:.2f}")
+
+
+if __name__ == "__main__":
+    main()

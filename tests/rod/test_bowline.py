@@ -1,0 +1,72 @@
+"""The bowline as a whole."""
+
+import numpy as np
+import pytest
+from reduced import RADIUS, contact, spec
+
+from knotfem.centerline.curve import read_centerline
+from knotfem.centerline.knot_type import knot_type
+from knotfem.centerline.resample import equal_chords
+from knotfem.rod.ends import End, clamped, driven
+from knotfem.rod.model import RodModel
+from knotfem.rod.spec import CylinderSpec
+from knotfem.shipped import centerline_path
+from knotfem.solver.march import StepControl
+
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def bowline(friction: float, cylinder: float, gravity: float) -> RodModel:
+    points = equal_chords(read_centerline(centerline_path("bowline")), 300, 600.0).points
+    peg = CylinderSpec(np.zeros(3), np.array([0.0, 1.0, 0.0]), 10.0, cylinder)
+    model = RodModel([spec(points)], contact(friction), [peg], gravity=-gravity * UP, drag=20.0)
+    model.begin({(0, side): clamped(model.end_frame(0, side)) for side in ("start", "end")})
+    march(model, 1.0)
+    return model
+
+
+def march(model: RodModel, duration: float) -> list[tuple[float, float]]:
+    """What friction and the time integration took in each step."""
+    control = StepControl(0.01, 1e-8, duration, RADIUS)
+    steps = model.march(control, model.settings(), [model.time + duration])
+    return [(model.ledger.friction_step, model.ledger.numerical_step) for _ in steps]
+
+
+@pytest.mark.slow
+def test_pulled_until_it_locks():
+    model = bowline(0.33, 0.39, 9810.0)
+    kind, since = knot_type(model.centreline()).name, model.time
+    start = model.end_frame(0, "start")
+    model.begin({(0, "start"): driven(start, UP, lambda time: 4.0 * (time - since))})
+    forces = []
+    for _ in range(3):
+        taken = np.array(march(model, 33.0 / 4.0))
+        forces.append(model.reaction(0, "start") @ UP)
+        assert taken[:, 0].min() >= 0.0
+        assert taken[:, 1].min() > -1e-4 * model.ledger.energies.work
+    assert knot_type(model.centreline()).name == kind
+    assert forces[1] / forces[0] < 2.0
+    assert forces[2] / forces[1] > 3.0
+    assert model.penetration < 0.15 * 2 * RADIUS
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("tail", "share"), [(-0.05, 0.475), (0.05, 0.525)])
+def test_tension_between_knot_and_a_slippery_cylinder(tail, share):
+    """Half of what is above, by balance alone."""
+    model = bowline(0.37, 0.0, 0.0)
+    load = 2.01
+    held = clamped(model.end_frame(0, "end"))
+    start, since = model.end_frame(0, "start"), model.time
+    model.begin({(0, "start"): driven(start, UP, lambda time: 20.0 * (time - since)), (0, "end"): held})
+    while model.reaction(0, "start") @ UP < load:
+        march(model, 0.25)
+    pull = End(force=lambda time: load * UP)
+    for end in (held, End(force=lambda time: tail * load * UP)):
+        model.begin({(0, "start"): pull, (0, "end"): end})
+        march(model, 1.0)
+    c, tension = model.contacts(), model.tension()
+    middles = (np.arange(tension.size) + 0.5) * model.layout.spacing[0]
+    peg, knot = c.arclength[c.other < 0], c.arclength[c.other >= 0]
+    leg = (middles > peg.max()) & (middles < knot[knot > peg.max()].min())
+    assert np.median(tension[leg]) / load == pytest.approx(share, rel=0.03)
