@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knotfem.rod.contact import Contact
-from knotfem.rod.cylinder import Cylinder, CylinderFriction
-from knotfem.rod.friction import Friction
+if TYPE_CHECKING:
+    from knotfem.rod.contact import Contact
+    from knotfem.rod.cylinder import Cylinder, CylinderFriction
+    from knotfem.rod.friction import Friction
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ import numpy as np
 
 from knotfem.errors import InputError
 from knotfem.scene.model import Scene
-from knotfem.scene.steps import Load, Pull, Relax, Step
+from knotfem.scene.steps import Load, Pull, Relax, Step, Turn
 
 History = Callable[[float], float]
 """A number as a function of time [s]."""
@@ -29,6 +29,11 @@ def gravity_of(scene: Scene) -> np.ndarray | None:
 def ramp(step: Pull, start: float) -> History:
     """Displacement of the driven ends [mm] in a step that begins at `start` [s]."""
     return lambda time: min(step.speed * (time - start), step.displacement)
+
+
+def turn_angle(turns: float, step: Turn, start: float) -> History:
+    """Angle of a turned end [rad] in a step that begins at `start` [s]."""
+    return lambda time: 2.0 * np.pi * turns * min(1.0, (time - start) / step.duration)
 
 
 def force_history(force: float, before: float, step: Step, start: float) -> History:

@@ -198,10 +198,11 @@ class Driver:
                 self._report(step, accepted, balance, began)
                 self._tell_status(balance)
                 done = resting or self.motion.time >= walk.stops[-1] * (1.0 - 1e-12)
+                lost = False
                 if accepted.arrived or done:
                     self.outputs.state(self.motion, balance, step)
-                    self._check_held(step)
-                if resting:
+                    lost = self._lost(step)
+                if resting or (lost and isinstance(step, Release)):
                     break
                 if self.stop.due:
                     self._save(step, walk.progress, origin, began, system)
@@ -251,14 +252,20 @@ class Driver:
             forces[label] = float(np.array(self.account.end_forces.get(label, (0.0, 0.0, 0.0))) @ direction)
         return forces
 
-    def _check_held(self, step: Step) -> None:
-        if not step.must_hold or self.knots_before is None:
-            return
+    def _lost(self, step: Step) -> bool:
+        """Whether a knot has come undone: an error in a step that must hold, of interest besides in a release."""
+        if self.knots_before is None or not (step.must_hold or isinstance(step, Release)):
+            return False
         for rod, knot in zip(self.model.rods, self.watch.knots(self.motion.x), strict=True):
             before = self.knots_before[rod.scene.name]
             was_tied = before["name"] != "unknot" or any(before["linking"])
             if was_tied and knot.undone:
-                raise KnotLost(f"{step.name}: the {before['name']} of {rod.scene.name} has come undone")
+                message = f"{step.name}: the {before['name']} of {rod.scene.name} has come undone"
+                if step.must_hold:
+                    raise KnotLost(message)
+                self.progress.message(message)
+                return True
+        return False
 
     def _mark_tied(self) -> None:
         if self.run.checkpoints.named(TIED) is None:

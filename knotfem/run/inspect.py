@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from knotfem.run.build import build_body
-from knotfem.run.model import build_model
+from knotfem.run.simulation import Simulation, make_simulation
 from knotfem.scene.model import Scene
 from knotfem.scene.steps import Loaded, Pull
 from knotfem.solver import linear
@@ -28,23 +27,27 @@ def check(scene: Scene) -> dict[str, Any]:
     Raises:
         InputError: a centreline along which no rod can lie.
     """
-    body = build_body(scene)
-    model = build_model(body)
-    unknowns = 3 * body.nodes
+    model = make_simulation(scene)
+    unknowns = model.dofs
     pulled = sum(step.displacement for step in scene.loading_steps if isinstance(step, Pull))
     iterations = (150.0 if scene.tying_steps else 0.0) + ITERATIONS_A_MM * pulled
     return {
         "effects": _effects(model.effects, scene),
         "absent": model.absent,
         "dofs": unknowns,
-        "hexes": body.hexes,
-        "mapping": f"{', '.join(dict.fromkeys(e.name for e in body.elastic))} alone; tying has no contact",
+        "hexes": model.hexes,
+        "segments": model.segments,
+        "mapping": f"{_mapped(model)} alone; tying has no contact",
         "system": _symmetry(model.effects, scene),
         "linear_solver": linear.available()[0] if scene.solver.linear == "auto" else scene.solver.linear,
         "expected_memory_mb": round(MEMORY_MB[0] + MEMORY_MB[1] * unknowns),
         "expected_minutes": round(iterations * SECONDS_AN_ITERATION * unknowns / 60.0, 1),
-        "warnings": body.warnings,
+        "warnings": model.warnings,
     }
+
+
+def _mapped(model: Simulation) -> str:
+    return ", ".join(dict.fromkeys(effect.name for effect in model.elastic)) if model.hexes else "the centrelines"
 
 
 def _effects(effects: Sequence[Effect], scene: Scene) -> dict[str, str]:

@@ -8,9 +8,9 @@ from importlib import import_module
 import numpy as np
 
 from knotfem.run.build import Body, RodBody, make_scheme
-from knotfem.run.conditions import drag_rate, following_sign, force_history, friction_factor, ramp, unit
+from knotfem.run.conditions import drag_rate, following_sign, force_history, friction_factor, ramp, turn_angle, unit
 from knotfem.run.registry import REGISTRY
-from knotfem.scene.steps import Clamped, Driven, Loaded, Pinned, Pull, Step
+from knotfem.scene.steps import Clamped, Driven, Loaded, Pinned, Pull, Step, Turn, Turned
 from knotfem.solver.effect import Effect
 from knotfem.solver.linear import make_solver
 from knotfem.solver.schemes import Scheme
@@ -96,7 +96,7 @@ def step_system(
 
 
 def _add_end(rod: RodBody, side: str, step: Step, start, x, before, prescribed, loads, drives) -> None:
-    from knotfem.effects.load import EndForce, FollowingForce, driven, held
+    from knotfem.effects.load import EndForce, FollowingForce, driven, held, turned
 
     end = getattr(step.ends[rod.scene.name], side)
     label = f"{rod.scene.name}.{side}"
@@ -112,6 +112,12 @@ def _add_end(rod: RodBody, side: str, step: Step, start, x, before, prescribed, 
             direction = unit(end.direction)
             prescribed.append(driven(nodes, x[nodes], direction, ramp(step, start), label))
             drives.insert(0, (label, nodes, direction))
+        case Turned():
+            assert isinstance(step, Turn)
+            across = x[nodes[rod.mesh.section.ring]] - x[axis]
+            tangent = unit(np.cross(across, np.roll(across, -1, axis=0)).sum(axis=0))
+            angle = turn_angle(end.turns, step, start)
+            prescribed.append(turned(nodes, x[nodes], x[axis], tangent, angle, label))
         case Loaded():
             direction = unit(end.direction)
             history = force_history(end.force, before.get(label, 0.0), step, start)

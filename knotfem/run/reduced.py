@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from knotfem.rod.contact_map import ContactMap
-from knotfem.rod.ends import End, EndFrame, clamped, driven, pinned
+from knotfem.rod.ends import End, EndFrame, clamped, driven, pinned, turned
 from knotfem.rod.march import RodMarch
 from knotfem.rod.model import Side
 from knotfem.run.account import Account
-from knotfem.run.conditions import drag_rate, following_sign, force_history, friction_factor, ramp, unit
+from knotfem.run.conditions import drag_rate, following_sign, force_history, friction_factor, ramp, turn_angle, unit
 from knotfem.run.mapping import Increment
 from knotfem.run.model import StepSystem
 from knotfem.run.registry import REGISTRY
@@ -24,7 +24,7 @@ from knotfem.run.rod_lay import lay
 from knotfem.run.rod_tables import tension_rows, twist_rows
 from knotfem.run.simulation import Fields, Row, SeriesMesh, Simulation
 from knotfem.scene.model import Scene
-from knotfem.scene.steps import Clamped, Driven, Loaded, Pinned, Pull, Step
+from knotfem.scene.steps import Clamped, Driven, Loaded, Pinned, Pull, Step, Turn, Turned
 from knotfem.solver.effect import Motion
 from knotfem.solver.march import Progress
 from knotfem.tie import CentrelinePath
@@ -92,7 +92,7 @@ class Reduced(Simulation):
             for side in SIDES:
                 wanted, frame = getattr(step.ends[laid.scene.name], side), frames[number, side]
                 label, node = f"{laid.scene.name}.{side}", self._end_node(number, side)
-                if isinstance(wanted, Clamped | Pinned | Driven):
+                if isinstance(wanted, Clamped | Pinned | Driven | Turned):
                     supports[label] = node
                 match wanted:
                     case Clamped():
@@ -104,6 +104,10 @@ class Reduced(Simulation):
                         direction = unit(wanted.direction)
                         ends[number, side] = driven(frame, direction, ramp(step, start))
                         drives.insert(0, (label, node, direction))
+                    case Turned():
+                        assert isinstance(step, Turn)
+                        angle = turn_angle(wanted.turns, step, start)
+                        ends[number, side] = turned(frame, frame.tangent, angle)
                     case Loaded():
                         direction = unit(wanted.direction)
                         ends[number, side] = _load(wanted, direction, frame, side, label, step, start, before)

@@ -57,7 +57,20 @@ class Loaded(Table):
     following: Flag = False
 
 
-End = Annotated[Clamped | Pinned | Free | Driven | Loaded, Field(discriminator="motion")]
+class Turned(Table):
+    """The end's place is held and its section turned about the rod's tangent there.
+
+    Attributes:
+        motion: always "turned".
+        turns: full turns during the step, right-handed about the tangent in the direction of the arclength.
+    """
+
+    motion: Literal["turned"]
+    turns: Number
+
+
+AnyEnd = Clamped | Pinned | Free | Driven | Loaded | Turned
+End = Annotated[AnyEnd, Field(discriminator="motion")]
 
 
 class RodEnds(Table):
@@ -104,17 +117,18 @@ class _Step(Table):
     """
 
     driven: ClassVar[bool] = False
+    turning: ClassVar[bool] = False
 
     name: Name = ""
     ends: dict[Name, RodEnds] = Field(default_factory=dict)
     friction_schedule: Annotated[tuple[FrictionPoint, ...], AfterValidator(_rising)] = ()
     must_hold: Flag = True
 
-    def all_ends(self) -> dict[tuple[str, str], Clamped | Pinned | Free | Driven | Loaded]:
+    def all_ends(self) -> dict[tuple[str, str], AnyEnd]:
         """Every end by rod and side, the side being "start" or "end"."""
         return {(rod, side): getattr(ends, side) for rod, ends in self.ends.items() for side in ("start", "end")}
 
-    def having(self, kind: type[Clamped | Pinned | Free | Driven | Loaded]) -> list[tuple[str, str]]:
+    def having(self, kind: type[AnyEnd]) -> list[tuple[str, str]]:
         """Rod and side of the ends that move in one way."""
         return [place for place, end in self.all_ends().items() if isinstance(end, kind)]
 
@@ -127,6 +141,11 @@ class _Step(Table):
             raise refusal(
                 "no end is driven", at="ends", expected='an end with motion = "driven" (for a force: kind = "load")'
             )
+        places = self.having(Turned)
+        if places and not self.turning:
+            raise refusal("only a turn turns an end", at=f"ends.{'.'.join(places[0])}", expected='kind = "turn"')
+        if self.turning and not places:
+            raise refusal("no end is turned", at="ends", expected='an end with motion = "turned"')
         return self
 
 
@@ -163,6 +182,20 @@ class Pull(_Step):
     def duration(self) -> float:
         """How long the step takes [s]."""
         return self.displacement / self.speed
+
+
+class Turn(_Step):
+    """Turns ends about the rod's tangent there, which twists the rod.
+
+    Attributes:
+        kind: always "turn".
+        duration: [s].
+    """
+
+    turning: ClassVar[bool] = True
+
+    kind: Literal["turn"]
+    duration: PositiveDuration
 
 
 class Load(_Step):
@@ -211,4 +244,4 @@ class Release(_Step):
     must_hold: Flag = False
 
 
-Step = Annotated[Relax | Pull | Load | Hold | Release, Field(discriminator="kind")]
+Step = Annotated[Relax | Pull | Turn | Load | Hold | Release, Field(discriminator="kind")]
