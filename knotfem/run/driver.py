@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from knotfem.errors import KnotfemError, KnotLost, NotConverged
+from knotfem.errors import Interrupted, KnotfemError, KnotLost, NotConverged, Stopped
 from knotfem.run.account import Balance
 from knotfem.run.directory import TIED, RunDirectory
 from knotfem.run.outputs import Outputs
@@ -144,6 +144,7 @@ class Driver:
         self.provenance.note(linear_solver=solver, tie=[path.describe() for path in paths])
         stretches = []
         for increment in self.model.mapping(paths, solver):
+            self.outputs.summary.book(increment.system)
             self.outputs.mapping(increment)
             stretches.append(increment.stretch)
             self._fraction = increment.mapping_time
@@ -161,8 +162,7 @@ class Driver:
                 smallest_j=increment.smallest_j,
                 solved=increment.solved,
             )
-            if self.stop.due:
-                raise self.stop.error()
+            self._heed_stop()
         self.outputs.summary.stretch(stretches)
         self.outputs.stretch_plot(stretches)
         self.knots_before = self.watch.name(self.motion.x)
@@ -185,6 +185,7 @@ class Driver:
             anew = self.next_step <= len(self.scene.tying_steps)
             self.account.open(self.motion.x, self.motion.v, anew=anew)
         walk = march_of(self.model, step, system, progress, began)
+        walk.interrupt = self._heed_stop
         rest = AtRest(step, self.model) if isinstance(step, Relax | Release) else None
         saved = time.monotonic()
         try:
@@ -204,21 +205,23 @@ class Driver:
                     lost = self._lost(step)
                 if resting or (lost and isinstance(step, Release)):
                     break
-                if self.stop.due:
-                    self._save(step, walk.progress, origin, began, system)
-                    raise self.stop.error()
+                self._heed_stop()
                 if not done and time.monotonic() - saved > self.scene.output.checkpoint_every:
                     self._save(step, walk.progress, origin, began, system)
                     saved = time.monotonic()
             else:
                 if isinstance(step, Relax):
                     raise NotConverged(f"{step.name}: not at rest after {step.longest:g} s")
-        except (NotConverged, KnotLost):
+        except (NotConverged, KnotLost, Stopped, Interrupted):
             self._save(step, walk.progress, origin, began, system)
             raise
         finally:
             self.outputs.summary.book(system)
             system.close()
+
+    def _heed_stop(self) -> None:
+        if self.stop.due:
+            raise self.stop.error()
 
     def _tell_status(self, balance: Balance) -> None:
         """Keep status.json up to date, once in a while."""

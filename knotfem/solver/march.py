@@ -6,12 +6,12 @@ The march knows nothing of files or progress: it yields accepted steps, and whoe
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from knotfem.errors import NotConverged
+from knotfem.errors import KnotfemError, NotConverged
 from knotfem.solver import newton
 from knotfem.solver.effect import Motion, StepStart
 from knotfem.solver.newton import Iterations, NewtonSettings, StepFailed
@@ -102,6 +102,7 @@ class March:
         settings: of Newton's method.
         sections: cross-section of each node, see `newton.out_of_balance`.
         stops: times [s], ascending, that are met exactly; the last ends the march.
+        interrupt: called before each Newton iteration; what it raises ends the march as if the step had not begun.
     """
 
     system: System
@@ -110,6 +111,7 @@ class March:
     settings: NewtonSettings
     sections: np.ndarray
     stops: np.ndarray
+    interrupt: Callable[[], None] | None = None
     last_failure: str = field(default="", init=False)
 
     def __iter__(self) -> Iterator[Accepted]:
@@ -124,7 +126,7 @@ class March:
         """Take one step, shorter and shorter until it succeeds."""
         p, c = self.progress, self.control
         began = time.perf_counter()
-        memory = self.system.memory()
+        memory, before = self.system.memory(), replace(p)
         failed = 0
         while True:
             dt, arrived = self._length(p.dt)
@@ -144,6 +146,10 @@ class March:
                         f"no balance at time {p.motion.time:.6g} s with the smallest step {dt:.3g} s: {failure}"
                     ) from failure
                 p.dt = c.cut * dt
+            except KnotfemError:
+                self.system.restore(memory)
+                vars(p).update(vars(before))
+                raise
         motion = self.system.accept(x, start)
         p.increment, p.increment_dt = x - p.motion.x, dt
         p.motion, p.shift = motion, took.shift
@@ -160,7 +166,7 @@ class March:
         if p.increment_dt > 0.0:
             move = p.increment * (start.dt / p.increment_dt)
             x = x + self.system.admissible(x, move) * move
-        return newton.solve(self.system, x, start, self.settings, self.sections, p.shift)
+        return newton.solve(self.system, x, start, self.settings, self.sections, p.shift, self.interrupt)
 
     def _length(self, dt: float) -> tuple[float, bool]:
         now = self.progress.motion.time

@@ -5,6 +5,7 @@ Each safeguard and its reason: docs/solver.md.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -72,6 +73,7 @@ def solve(
     settings: NewtonSettings,
     sections: np.ndarray,
     shift: float = 0.0,
+    interrupt: Callable[[], None] | None = None,
 ) -> tuple[np.ndarray, Iterations]:
     """Find the positions in balance at the end of a step.
 
@@ -82,6 +84,7 @@ def solve(
         settings: tolerances and limits.
         sections: see `out_of_balance`.
         shift: Levenberg-Marquardt shift to begin with [N/mm].
+        interrupt: called before each iteration; it ends the solve by raising.
 
     Returns:
         Positions, shape [nodes, width], and what it took.
@@ -109,6 +112,8 @@ def solve(
             return x, took
         if took.count >= settings.max_iterations:
             raise StepFailed(f"no balance after {took.count} iterations: residual {took.residual:.2e} N")
+        if interrupt is not None:
+            interrupt()
         du = _direction(system, matrix, residual, gap, lifted, settings, took)
         took.count += 1
         system.increment(du)

@@ -206,8 +206,10 @@ class System:
     def restore(self, memory: dict[str, Arrays]) -> None:
         """Go on from a memory in a new system, with the pattern of that time and so to the same bits."""
         self.recall(memory)
-        if "keys" in memory["pattern"]:
-            self._matrix = self._fill(memory["pattern"]["keys"])
+        keys = memory["pattern"].get("keys")
+        self._keys, self._matrix = None, None
+        if keys is not None:
+            self._matrix = self._fill(keys)
 
     def effect(self, name: str) -> list[Effect]:
         """All effects of a name."""

@@ -9,7 +9,7 @@ from knotfem.effects.cylinder import Cylinder, CylinderFriction
 from knotfem.effects.inertia import Drag, Inertia
 from knotfem.effects.load import driven
 from knotfem.effects.penalty import Penalty
-from knotfem.errors import NotConverged
+from knotfem.errors import NotConverged, Stopped
 from knotfem.solver.effect import Motion
 from knotfem.solver.linear import make_solver
 from knotfem.solver.march import March, Progress, StepControl
@@ -152,3 +152,29 @@ def test_goes_on_from_progress_and_memory_to_the_bit():
     for label in ends[1]:
         for key, value in ends[1][label].items():
             assert ends[0][label][key].tobytes() == value.tobytes(), (label, key)
+
+
+def test_a_step_that_is_interrupted_has_not_begun():
+    whole, _ = rubbing()
+    for _ in whole:
+        pass
+    halted, _ = rubbing()
+    left = whole.progress.iterations // 2
+
+    def interrupt() -> None:
+        nonlocal left
+        left -= 1
+        if left == 0:
+            raise Stopped("asked to stop")
+
+    halted.interrupt = interrupt
+    with pytest.raises(Stopped):
+        list(halted)
+    assert 0 < halted.progress.steps < whole.progress.steps
+    resumed, _ = rubbing()
+    resumed.progress = copy.deepcopy(halted.progress)
+    resumed.system.restore(copy.deepcopy(halted.system.memory()))
+    for _ in resumed:
+        pass
+    assert resumed.progress.motion.x.tobytes() == whole.progress.motion.x.tobytes()
+    assert resumed.progress.iterations == whole.progress.iterations
