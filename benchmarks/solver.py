@@ -38,9 +38,8 @@ def main(name: str = "bowline-paper", repeats: int = 5) -> None:
     threads = usable_threads()
     began = time.perf_counter()
     (knot,) = mapping(body, make_paths(body), threads, "auto")
-    print(
-        f"{name}: {sum(rod.bulk.pressure.size for rod in body.rods)} hexahedra, {3 * body.nodes} unknowns, {threads} threads"
-    )
+    hexes = sum(rod.bulk.pressure.size for rod in body.rods)
+    print(f"{name}: {hexes} hexahedra, {3 * body.nodes} unknowns, {threads} threads")
     print(f"direct tie           {time.perf_counter() - began:8.3f} s, {knot.iterations} iterations")
     nodes = np.concatenate([rod.axis_nodes for rod in body.rods])
     held = Prescribed(nodes, lambda _: knot.x[nodes])

@@ -159,18 +159,18 @@ def test_a_step_that_is_interrupted_has_not_begun():
     for _ in whole:
         pass
     halted, _ = rubbing()
-    left = whole.progress.iterations // 2
+    seen = []
 
     def interrupt() -> None:
-        nonlocal left
-        left -= 1
-        if left == 0:
+        """In the third iteration of the fourth step."""
+        seen.append(halted.progress.steps)
+        if seen.count(3) == 3:
             raise Stopped("asked to stop")
 
     halted.interrupt = interrupt
     with pytest.raises(Stopped):
         list(halted)
-    assert 0 < halted.progress.steps < whole.progress.steps
+    assert halted.progress.steps == 3 < whole.progress.steps
     resumed, _ = rubbing()
     resumed.progress = copy.deepcopy(halted.progress)
     resumed.system.restore(copy.deepcopy(halted.system.memory()))
