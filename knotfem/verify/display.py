@@ -29,7 +29,10 @@ def show(verdicts: Sequence[Verdict]) -> None:
     failed = sum(not verdict.passed for verdict in verdicts)
     total = sum(verdict.seconds for verdict in verdicts)
     page.caption = f"{len(verdicts)} cases, {failed} failed, {total:.0f} s"
-    Console().print(page)
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=150)
+    console.print(page)
 
 
 def _mark(passed: bool) -> str:

@@ -7,7 +7,17 @@ from knotfem.verify.verdict import Case
 
 def closed_forms() -> list[Case]:
     """The suite of `knotfem verify`."""
-    from knotfem.verify import bending, capstan, contact_patch, hertz, oscillator, slope, small_motions, solids
+    from knotfem.verify import (
+        bending,
+        capstan,
+        contact_patch,
+        hertz,
+        oscillator,
+        overhand,
+        slope,
+        small_motions,
+        solids,
+    )
 
     rods = [*bending.CASES, *solids.CASES, *small_motions.CASES, *oscillator.CASES]
-    return [*rods, *hertz.CASES, *contact_patch.CASES, *slope.CASES, *capstan.CASES]
+    return [*rods, *hertz.CASES, *contact_patch.CASES, *slope.CASES, *capstan.CASES, *overhand.CASES]
