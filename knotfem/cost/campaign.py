@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from knotfem.cost.expect import START_SECONDS, expected_seconds
+from knotfem.cost.expect import START_SECONDS, expected_memory, expected_seconds
 from knotfem.cost.ladders import BASE, Rung
 from knotfem.errors import InputError, Interrupted, KnotfemError, Stopped
 from knotfem.run.directory import RunDirectory
@@ -75,7 +75,7 @@ class Campaign:
             Interrupted: by Ctrl-C, likewise.
             InputError: a folder holds a run of another scene.
         """
-        waiting = [rung for rung in rungs if not self._known(rung)]
+        waiting = [rung for rung in rungs if self._possible(rung) and not self._known(rung)]
         waiting.sort(key=lambda rung: (rung.name != BASE, expected_seconds(self.scene_of(rung)), rung.name))
         working: dict[str, tuple[Rung, subprocess.Popen[bytes], float]] = {}
         with StopRequest() as stop:
@@ -83,7 +83,7 @@ class Campaign:
                 while waiting or working:
                     if stop.due:
                         raise stop.error()
-                    while waiting and len(working) < self.jobs:
+                    while waiting and len(working) < self.jobs and not (working and self._crowded(waiting[0])):
                         rung = waiting.pop(0)
                         if self._fits(rung):
                             working[rung.name] = (rung, self._start(rung), time.monotonic())
@@ -99,6 +99,17 @@ class Campaign:
                     process.terminate()
                 for _, process, _ in working.values():
                     process.wait()
+
+    def _possible(self, rung: Rung) -> bool:
+        """Whether a rung is a scene; a refused one has failed, the base passes the refusal on."""
+        try:
+            self.scene_of(rung)
+        except InputError as error:
+            if rung.name == BASE:
+                raise
+            self.outcomes[rung.name] = Outcome("failed", str(error))
+            return False
+        return True
 
     def _known(self, rung: Rung) -> bool:
         """Whether the folder holds an outcome of a rung already."""
@@ -134,6 +145,12 @@ class Campaign:
         self.tell(f"{rung.name}: left out, {reason}")
         return False
 
+    def _crowded(self, rung: Rung) -> bool:
+        """Whether a rung has to wait until others have given their memory back."""
+        import psutil
+
+        return expected_memory(self.scene_of(rung)) > psutil.virtual_memory().available / 1e6
+
     def expected(self, rung: Rung) -> float:
         """Wall seconds that a rung still needs, by the pace of those that are done."""
         needed = expected_seconds(self.scene_of(rung)) * (statistics.median(self._pace) if self._pace else 1.0)
@@ -160,7 +177,8 @@ class Campaign:
             self.outcomes[rung.name] = Outcome("stopped", "the budget is spent; the same command goes on")
         else:
             why = reason or f"the process ended with {code}, see {run.path / LOG}"
-            run.write_status("failed", reason=why)
+            if code != InputError.exit_code:
+                run.write_status("failed", reason=why)
             self.outcomes[rung.name] = Outcome("failed", why)
         outcome = self.outcomes[rung.name]
         self.tell(f"{rung.name}: {outcome.state} after {seconds:.0f} s" + (f", {outcome.reason}" if code else ""))

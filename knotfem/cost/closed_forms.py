@@ -90,8 +90,14 @@ def _cantilever(scene: Scene) -> ClosedForm | None:
         return None
     weight = rod.material.density * np.pi * rod.diameter**2 / 4.0 * scene.gravity.acceleration
     load = weight * rod.length**3 / _bending_stiffness(rod)
-    bound = 1e-4 if scene.model == "rod" else rod.diameter / (2.0 * rod.length)
-    source = "heavy elastica" if scene.model == "rod" else "heavy elastica; the clamped end holds the section's width"
+    area = np.pi * rod.diameter**2 / 4.0
+    stretch = (
+        weight * rod.length / (rod.material.youngs_modulus * area + (rod.core.axial_stiffness if rod.core else 0.0))
+    )
+    if scene.model == "rod":
+        return ClosedForm("sag", heavy_cantilever(load) * rod.length, stretch + 1e-6, "heavy elastica")
+    bound = stretch + rod.diameter / (2.0 * rod.length)
+    source = "heavy elastica; the clamped end holds the section's width"
     return ClosedForm("sag", heavy_cantilever(load) * rod.length, bound, source)
 
 

@@ -6,7 +6,7 @@ from functools import cache
 
 from knotfem import shipped
 from knotfem.mesh.section import read_section
-from knotfem.run.inspect import ITERATIONS_A_MM, SECONDS_AN_ITERATION
+from knotfem.run.inspect import ITERATIONS_A_MM, MEMORY_MB, SECONDS_AN_ITERATION
 from knotfem.scene.model import Scene
 from knotfem.scene.steps import Pull
 
@@ -28,6 +28,11 @@ def expected_seconds(scene: Scene) -> float:
     iterations = TYING_ITERATIONS * bool(scene.tying_steps) + max(ITERATIONS_A_MM * pulled, short)
     iterations += OTHER_STEP_ITERATIONS * others
     return START_SECONDS + iterations * SECONDS_AN_ITERATION * unknowns(scene)
+
+
+def expected_memory(scene: Scene) -> float:
+    """Memory of a run [MB]."""
+    return MEMORY_MB[0] + MEMORY_MB[1] * unknowns(scene)
 
 
 def unknowns(scene: Scene) -> int:

@@ -24,7 +24,7 @@ class Measured:
 
     Attributes:
         rung: what was run.
-        scene: as the rung has it.
+        scene: as the rung has it; None where it is not done.
         outcome: whether it is done.
         quantities: what it came to; empty where it is not done.
         cpu: seconds by part, and "total".
@@ -35,7 +35,7 @@ class Measured:
     """
 
     rung: Rung
-    scene: Scene
+    scene: Scene | None
     outcome: Outcome
     quantities: Quantities = field(default_factory=dict)
     cpu: dict[str, float] = field(default_factory=dict)
@@ -56,15 +56,15 @@ def measure(campaign: Campaign, rung: Rung) -> Measured:
     Raises:
         InputError: a run that is done lacks its results.
     """
-    outcome, scene = campaign.outcomes[rung.name], campaign.scene_of(rung)
+    outcome = campaign.outcomes[rung.name]
     if outcome.state != "done":
-        return Measured(rung, scene, outcome, size=rung.size)
+        return Measured(rung, None, outcome, size=rung.size)
     run = campaign.run_of(rung)
     summary = run.read_summary()
     effects = {name: float(entry["cpu_s"]) for name, entry in summary["effects"].items()}
     return Measured(
         rung,
-        scene,
+        run.scene,
         outcome,
         read_quantities(run),
         _parts(summary, "cpu_s"),

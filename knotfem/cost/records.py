@@ -97,6 +97,7 @@ def record_of(study: Study) -> Record:
     reference = study.references[study.main][0]
     settings = []
     for entry in study.front:
+        assert entry.scene is not None, "the front is done"
         cost = (entry.cpu["total"], entry.wall["total"], entry.counts["peak_memory_mb"])
         figures = (entry.rung.name, study.error(entry, study.main), reference.uncertainty, *cost)
         settings.append(Setting(*figures, **_dimensionless(entry.scene)))

@@ -98,6 +98,34 @@ def test_failure_is_an_outcome(make):
     assert "worker.log" in campaign.outcomes["fine"].reason
 
 
+def test_rung_that_is_no_scene_has_failed(make, tmp_path):
+    wrong = Rung("wrong", "slice", "", 3.0, ("rods.0.mesh.element_length=400 mm",))
+    campaign = make()
+    campaign.take([wrong, base_rung()])
+    assert order(tmp_path) == ["base"]
+    assert "too long for the rod" in campaign.outcomes["wrong"].reason
+    with pytest.raises(InputError):
+        make().take([Rung("base", "base", "", 1.0, wrong.overrides)])
+
+
+def test_rungs_wait_for_memory(make, monkeypatch):
+    most = {"at once": 0}
+    campaign = make('{"coarse": {"sleep": 0.3}, "fine": {"sleep": 0.3}, "base": {"sleep": 0.3}}', jobs=3)
+    popen = module.subprocess.Popen
+    started: list = []
+
+    def watched(*args, **kwargs):
+        started.append(popen(*args, **kwargs))
+        most["at once"] = max(most["at once"], sum(process.poll() is None for process in started))
+        return started[-1]
+
+    monkeypatch.setattr(module.subprocess, "Popen", watched)
+    monkeypatch.setattr(module, "expected_memory", lambda scene: 1e12)
+    campaign.take([base_rung(), COARSE, FINE])
+    assert len(started) == 3
+    assert most["at once"] == 1
+
+
 def test_nothing_is_started_once_the_scene_itself_fails(make, tmp_path):
     campaign = make('{"base": {"code": 4, "state": "failed"}}')
     campaign.take([base_rung(), COARSE])
