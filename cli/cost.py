@@ -68,9 +68,8 @@ def cost(
         console.print(switches.effects_table(switched))
     else:
         found = study.run_study(scene, chosen, folder, budget=seconds, names=ladders, jobs=jobs, tell=tell)
-        record = records.record_of(found)
-        files.write_study(found, record, folder)
+        files.write_study(found, folder)
         console.print(*tables.tables(found), *tables.recommendations(found), sep="\n")
         if store is not None:
-            records.store(record, records.user_file() if store == Path() else store)
+            records.store(records.record_of(found), records.user_file() if store == Path() else store)
     click.echo(json.dumps({"folder": str(folder)}) if log_format == "json" else folder)

@@ -17,6 +17,10 @@ NOISE = 1e-5
 """Changes of a quantity below this share of it say nothing: Newton's tolerance allows them."""
 
 
+APART = 1.1
+"""Rungs whose sizes differ by less say nothing about an order."""
+
+
 @dataclass(frozen=True, eq=False)
 class Reference:
     """What errors of a quantity are taken against.
@@ -57,14 +61,12 @@ def ladder_limits(ladders: dict[str, list[Measured]], name: str) -> dict[str, Li
 
 
 def falling(rungs: Sequence[Measured]) -> list[Measured]:
-    """Rungs that are done by falling size, one for each size."""
+    """Rungs that are done by falling size; of those closer than `APART`, the finest."""
     found: list[Measured] = []
-    for entry in sorted(
-        (entry for entry in rungs if entry.done and entry.size), key=lambda entry: -(entry.size or 0.0)
-    ):
-        if not found or (entry.size or 0.0) < (found[-1].size or 0.0) * (1.0 - 1e-6):
+    for entry in sorted((entry for entry in rungs if entry.done and entry.size), key=lambda entry: entry.size or 0.0):
+        if not found or (entry.size or 0.0) > APART * (found[-1].size or 0.0):
             found.append(entry)
-    return found
+    return found[::-1]
 
 
 def references(

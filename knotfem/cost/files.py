@@ -8,7 +8,7 @@ from pathlib import Path
 from knotfem.cost.errors_of import falling
 from knotfem.cost.ladders import SIZED
 from knotfem.cost.quantities import LABELS
-from knotfem.cost.records import Record
+from knotfem.cost.records import record_of
 from knotfem.cost.study import Study
 from knotfem.cost.switches import EffectsStudy, effects_columns
 from knotfem.cost.tables import csv_columns
@@ -16,14 +16,15 @@ from knotfem.run.files import write_json
 from knotfem.run.tables import write_table
 
 
-def write_study(study: Study, record: Record, folder: Path) -> None:
-    """Write table, plot and recommendation.
+def write_study(study: Study, folder: Path) -> None:
+    """Write table, plot and, where the table has a reference, the recommendation.
 
     Raises:
         InputError: nothing can be written there.
     """
     write_table(folder / "cost.csv", csv_columns(study))
-    write_json(folder / "recommendation.json", asdict(record))
+    if study.references[study.main]:
+        write_json(folder / "recommendation.json", asdict(record_of(study)))
     plot(study, folder / "cost.png")
 
 

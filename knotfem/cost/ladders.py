@@ -104,7 +104,7 @@ def _rubs(scene: Scene) -> bool:
 def _sections(scene: Scene) -> list[int]:
     own = scene.rods[0].mesh.section_elements
     known = shipped.section_counts()
-    return [n for n in SECTIONS if n in known and n != own]
+    return [n for n in SECTIONS if n in known and not 0.8 < math.sqrt(own / n) < 1.2]
 
 
 def _section(scene: Scene, count: int) -> Rung:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import knotfem
+from knotfem.cost.ladders import SIZED
 from knotfem.cost.study import Study
 from knotfem.errors import InputError
 from knotfem.run.files import read_json, write_json
@@ -93,7 +94,13 @@ def class_of(scene: Scene) -> str:
 
 
 def record_of(study: Study) -> Record:
-    """What a cost table recommends: its Pareto front."""
+    """What a cost table recommends: its Pareto front.
+
+    Raises:
+        InputError: the table has no reference.
+    """
+    if not study.references[study.main]:
+        raise InputError("the ladders give no reference", expected=f"one of {', '.join(SIZED)} among them")
     reference = study.references[study.main][0]
     settings = []
     for entry in study.front:

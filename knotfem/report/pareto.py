@@ -49,4 +49,5 @@ def plot_pareto(
         axes.set(xscale="log", yscale="log", xlabel="CPU time (s)", ylabel=f"relative error, {label}")
         if uncertainty > 0.0:
             axes.axhspan(axes.get_ylim()[0], uncertainty, color="0.9", lw=0, zorder=0)
-        axes.legend(ncols=2)
+        if any(ladders.values()):
+            axes.legend(ncols=2)

@@ -82,13 +82,23 @@ def test_recommendation_is_the_cheapest_within_the_target(study):
 
 def test_files(study, folder, tmp_path):
     record = records.record_of(study)
-    files.write_study(study, record, tmp_path)
+    files.write_study(study, tmp_path)
     table = read_table(tmp_path / "cost.csv")
     assert list(table["rung"]) == [entry.rung.name for entry in study.measured]
     assert {"force_error", "force_own_error", "contact_cpu_s", "peak_memory_mb", "pareto"} <= set(table)
     assert table["pareto"].sum() == len(study.front) == len(record.settings)
     assert (tmp_path / "cost.png").stat().st_size > 10_000
     assert json.loads((tmp_path / "recommendation.json").read_text())["scene"] == "overhand"
+
+
+def test_ladders_without_sizes_give_no_reference(folder, tmp_path):
+    study = run_study("overhand", [PULL], folder, budget=None, names=["element"], jobs=1, tell=lambda text: None)
+    assert study.cheapest(0.5) is None
+    assert study.front == []
+    files.write_study(study, tmp_path)
+    assert not (tmp_path / "recommendation.json").exists()
+    with pytest.raises(InputError, match="no reference"):
+        records.record_of(study)
 
 
 def test_table_names_front_orders_and_sources(study):
