@@ -37,6 +37,9 @@ run_argument = click.argument("run", metavar="RUN")
 output_option = click.option("-o", "--output", type=click.Path(path_type=Path), help="Where to write.")
 force_option = click.option("--force", is_flag=True, help="Replace the run that is there.")
 model_option = click.option("--model", type=click.Choice(["fem", "rod"]), help="Hexahedra or the reduced rod model.")
+from_option = click.option(
+    "--from", "from_run", metavar="RUN", help="A tied 3D run from whose knot the rod model sets out."
+)
 at_option = click.option("--at", metavar="LENGTH", help='A stored displacement, such as "60 mm"; the last by default.')
 
 
@@ -73,18 +76,19 @@ class Verb(click.Command):
             ctx.exit(error.exit_code)
 
 
-def with_model(overrides: tuple[str, ...], model: str | None) -> tuple[str, ...]:
-    """The overrides, with the one that --model stands for."""
-    return overrides if model is None else (*overrides, f"model={model}")
+def with_model(overrides: tuple[str, ...], model: str | None, from_run: str | None = None) -> tuple[str, ...]:
+    """The overrides, with those that --model and --from stand for."""
+    chosen = overrides if model is None else (*overrides, f"model={model}")
+    return chosen if from_run is None else (*chosen, f"tie.source={json.dumps(from_run)}")
 
 
-def displacement(at: str | None) -> float | None:
-    """The value of --at [mm]."""
+def displacement(at: str | None, option: str = "--at") -> float | None:
+    """The value of --at, or of another option that takes a length [mm]."""
     if at is None:
         return None
     from knotfem.scene.quantity import LENGTH, parse_quantity
 
-    return parse_quantity(at, LENGTH, "--at")
+    return parse_quantity(at, LENGTH, option)
 
 
 def open_run(path: str, overrides: tuple[str, ...]) -> RunDirectory:

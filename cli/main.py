@@ -10,7 +10,7 @@ import click
 
 import knotfem
 
-VERBS = ("scenes", "check", "tie", "pull", "tension", "resume", "render", "cost", "verify", "doctor")
+VERBS = ("scenes", "check", "tie", "pull", "tension", "resume", "render", "compare", "cost", "verify", "doctor")
 
 
 class Verbs(click.Group):

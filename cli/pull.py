@@ -11,6 +11,7 @@ from knotfem_cli.common import (
     Verb,
     computing,
     force_option,
+    from_option,
     model_option,
     open_run,
     output_option,
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 @output_option
 @force_option
 @model_option
+@from_option
 @click.option("--accuracy", metavar="SHARE", help='Settings that were measured to reach it, such as "2%"; of a SCENE.')
 @shared_options
 def pull(
@@ -34,6 +36,7 @@ def pull(
     output: Path | None,
     force: bool,
     model: str | None,
+    from_run: str | None,
     accuracy: str | None,
     overrides: tuple[str, ...],
     quiet: bool,
@@ -50,8 +53,9 @@ def pull(
       knotfem tie bowline -o knot
       knotfem pull knot -o firm --set contact.friction=0.37
       knotfem pull bowline --accuracy 2%
+      knotfem pull bowline --model rod
     """
-    overrides = with_model(overrides, model)
+    overrides = with_model(overrides, model, from_run)
     if accuracy is not None:
         from knotfem.cost.accuracy import accurate_overrides
 

@@ -7,7 +7,17 @@ from pathlib import Path
 
 import click
 
-from knotfem_cli.common import Verb, at_option, displacement, open_run, output_option, run_argument, shared_options
+from knotfem_cli.common import (
+    Verb,
+    at_option,
+    displacement,
+    model_option,
+    open_run,
+    output_option,
+    run_argument,
+    shared_options,
+    with_model,
+)
 
 
 @click.command(cls=Verb)
@@ -21,9 +31,17 @@ from knotfem_cli.common import Verb, at_option, displacement, open_run, output_o
     show_default=True,
     help="What colours the rod.",
 )
+@model_option
 @shared_options
 def render(
-    run: str, output: Path | None, at: str | None, colour: str, overrides: tuple[str, ...], quiet: bool, log_format: str
+    run: str,
+    output: Path | None,
+    at: str | None,
+    colour: str,
+    model: str | None,
+    overrides: tuple[str, ...],
+    quiet: bool,
+    log_format: str,
 ) -> None:
     """Draw the knot, without a screen. Prints the picture's file name, in the run directory by default.
 
@@ -31,7 +49,7 @@ def render(
     Example:
       knotfem render runs/bowline-1 -o knot.png --colour tension
     """
-    directory, millimetres = open_run(run, overrides), displacement(at)
+    directory, millimetres = open_run(run, with_model(overrides, model)), displacement(at)
     out = output or directory.path / f"knot-{colour}.png"
     from knotfem.report.pictures import render as draw
 

@@ -7,16 +7,33 @@ from pathlib import Path
 
 import click
 
-from knotfem_cli.common import Verb, at_option, displacement, open_run, output_option, run_argument, shared_options
+from knotfem_cli.common import (
+    Verb,
+    at_option,
+    displacement,
+    model_option,
+    open_run,
+    output_option,
+    run_argument,
+    shared_options,
+    with_model,
+)
 
 
 @click.command(cls=Verb)
 @run_argument
 @output_option
 @at_option
+@model_option
 @shared_options
 def tension(
-    run: str, output: Path | None, at: str | None, overrides: tuple[str, ...], quiet: bool, log_format: str
+    run: str,
+    output: Path | None,
+    at: str | None,
+    model: str | None,
+    overrides: tuple[str, ...],
+    quiet: bool,
+    log_format: str,
 ) -> None:
     """Write the tension profile along the centreline.
 
@@ -27,7 +44,7 @@ def tension(
       knotfem tension runs/bowline-1 -o tension.csv
       knotfem tension runs/bowline-1 --at "60 mm"
     """
-    directory, millimetres = open_run(run, overrides), displacement(at)
+    directory, millimetres = open_run(run, with_model(overrides, model)), displacement(at)
     import numpy as np
 
     from knotfem.run.profile import tension as profile

@@ -6,7 +6,16 @@ from pathlib import Path
 
 import click
 
-from knotfem_cli.common import Verb, computing, force_option, model_option, output_option, shared_options, with_model
+from knotfem_cli.common import (
+    Verb,
+    computing,
+    force_option,
+    from_option,
+    model_option,
+    output_option,
+    shared_options,
+    with_model,
+)
 
 
 @click.command(cls=Verb)
@@ -14,6 +23,7 @@ from knotfem_cli.common import Verb, computing, force_option, model_option, outp
 @output_option
 @force_option
 @model_option
+@from_option
 @click.option(
     "--path",
     "tie_path",
@@ -26,6 +36,7 @@ def tie(
     output: Path | None,
     force: bool,
     model: str | None,
+    from_run: str | None,
     tie_path: str | None,
     overrides: tuple[str, ...],
     quiet: bool,
@@ -40,12 +51,13 @@ def tie(
     Example:
       knotfem tie bowline -o knot
       knotfem tie bowline --path linear
+      knotfem tie bowline --model rod --from knot -o light
     """
     from knotfem.run.directory import RunDirectory
     from knotfem.scene import load_scene
 
     chosen = overrides if tie_path is None else (*overrides, f"tie.path={tie_path}")
-    resolved = load_scene(scene, with_model(chosen, model))
+    resolved = load_scene(scene, with_model(chosen, model, from_run))
     run = RunDirectory.create(resolved, output, force=force)
     from knotfem.run import driver
 

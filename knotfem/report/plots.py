@@ -50,16 +50,42 @@ def plot_force(curves: Mapping[str, Table], out: str | Path, *, radius: float, t
         InputError: a column or the format is unknown, or the file cannot be written.
     """
     with paper_axes(out, title) as axes:
-        for colour, (label, table) in zip(_colours(curves), curves.items(), strict=True):
-            displacement, force = _column(table, "displacement_mm"), _column(table, "force_N")
-            axes.plot(displacement / radius, force, color=colour, label=label or None)
-        axes.set(xlabel=r"displacement $\delta / r$", ylabel=r"force $F$ (N)")
-        axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
-        above = axes.secondary_xaxis(
-            "top", functions=(lambda x: np.multiply(x, radius), lambda x: np.divide(x, radius))
-        )
-        above.set_xlabel(r"$\delta$ (mm)")
-        _legend(axes)
+        _draw_force(axes, curves, radius)
+
+
+def plot_comparison(
+    forces: Mapping[str, Table],
+    profiles: Mapping[str, Table],
+    out: str | Path,
+    *,
+    radius: float,
+    locking: float | None = None,
+    at: float | None = None,
+) -> None:
+    """Draw the force curves of several runs over each other, and beside them their tension profiles.
+
+    Args:
+        forces: tables with the columns `displacement_mm` and `force_N`, by label.
+        profiles: tables with the columns `s_over_L` and `tension_over_force`, by label; none draws no profiles.
+        out: file to write (.png, .pdf, .svg).
+        radius: radius of the rod in mm.
+        locking: displacement in mm at which the knot begins to lock, drawn dashed.
+        at: displacement in mm of the profiles.
+
+    Raises:
+        InputError: a column or the format is unknown, or the file cannot be written.
+    """
+    with _paper_panels(out, None, 2 if profiles else 1, width=3.6) as panels:
+        _draw_force(panels[0], forces, radius)
+        if locking is not None:
+            panels[0].axvline(locking / radius, color="0.5", lw=0.8, ls="--")
+        if profiles:
+            for label, table in profiles.items():
+                colour = COLOURS[list(forces).index(label) % len(COLOURS)]
+                panels[1].plot(_column(table, "s_over_L"), _column(table, "tension_over_force"), color=colour)
+            panels[1].set(xlabel=r"arclength $s / L$", ylabel=r"tension $T / F$", xlim=(0, 1))
+            if at is not None:
+                panels[1].set_title(rf"$\delta = {at:.4g}$ mm", fontsize=9)
 
 
 def plot_tension(
@@ -149,9 +175,27 @@ def plot_stretch(
         axes.set(xlabel=r"arclength $\tilde{s} = s / L$", ylabel=r"stretch $\lambda$", xlim=(0, 1))
 
 
+def _draw_force(axes: Axes, curves: Mapping[str, Table], radius: float) -> None:
+    for colour, (label, table) in zip(_colours(curves), curves.items(), strict=True):
+        displacement, force = _column(table, "displacement_mm"), _column(table, "force_N")
+        axes.plot(displacement / radius, force, color=colour, label=label or None)
+    axes.set(xlabel=r"displacement $\delta / r$", ylabel=r"force $F$ (N)")
+    axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
+    above = axes.secondary_xaxis("top", functions=(lambda x: np.multiply(x, radius), lambda x: np.divide(x, radius)))
+    above.set_xlabel(r"$\delta$ (mm)")
+    _legend(axes)
+
+
 @contextmanager
 def paper_axes(out: str | Path, title: str | None, *, width: float = 3.6) -> Iterator[Axes]:
     """Axes of a one-column figure, saved under a temporary name and renamed."""
+    with _paper_panels(out, title, 1, width=width) as panels:
+        yield panels[0]
+
+
+@contextmanager
+def _paper_panels(out: str | Path, title: str | None, count: int, *, width: float) -> Iterator[list[Axes]]:
+    """Axes side by side, each of a width, saved under a temporary name and renamed."""
     out = Path(out)
     if out.suffix.lower() not in SUFFIXES:
         raise InputError(
@@ -166,14 +210,15 @@ def paper_axes(out: str | Path, title: str | None, *, width: float = 3.6) -> Ite
 
     temporary = out.with_name(f".{out.name}.part")
     with rc_context(_STYLE):
-        figure = Figure(figsize=(width, 2.8), layout="constrained")
+        figure = Figure(figsize=(count * width, 2.8), layout="constrained")
         FigureCanvasAgg(figure)
-        axes = figure.add_subplot()
-        axes.grid(True, lw=0.4, color="0.9")
-        axes.set_axisbelow(True)
-        yield axes
+        panels = [figure.add_subplot(1, count, number + 1) for number in range(count)]
+        for axes in panels:
+            axes.grid(True, lw=0.4, color="0.9")
+            axes.set_axisbelow(True)
+        yield panels
         if title:
-            axes.set_title(title, fontsize=10)
+            panels[0].set_title(title, fontsize=10)
         try:
             figure.savefig(temporary, format=out.suffix[1:].lower())
             temporary.replace(out)
