@@ -62,7 +62,7 @@ def tighten(n: int, friction: float, loops: list[float], segments: int, first: f
     stops = [since + d / speed for d in drawn]
     scale = model.rods[0].bending / radius**2
     result = []
-    for step in model.march(StepControl(0.01, 1e-8, 0.4, radius), model.settings(1e-7 * scale), stops):
+    for step in model.march(StepControl(0.01, 1e-8, 1.0, 4.0 * radius), model.settings(1e-7 * scale), stops):
         if step.arrived:
             result.append(_frame(model, scale))
     return result

@@ -5,7 +5,7 @@ import pytest
 from reduced import begun, gradient_error, residual, rotation, tangent, tangent_error
 
 from knotfem.effects.penalty import Penalty
-from knotfem.rod.bend import Bend
+from knotfem.rod.bend import Bend, turning
 from knotfem.rod.contact import Contact
 from knotfem.rod.curve import make_samples
 from knotfem.rod.cylinder import Cylinder, CylinderFriction
@@ -78,6 +78,16 @@ def test_bend_of_nearly_straight_rods(scale):
     x[:, 1] = scale * np.array([0.0, 0.1, 0.5, 0.2, -0.4])
     assert np.abs(tangent([effect], x) - straight).max() < 3.0 * 90.0 * scale
     assert tangent_error([effect], x) < 1e-6
+
+
+@pytest.mark.parametrize("phi", [1e-8, 9e-4, 1.1e-3, 0.02, 1.0, 2.5])
+def test_turning_angle_and_its_slopes(phi):
+    """phi^2/2 by c = cos(phi): slopes -phi/sin(phi) and (1 - phi cot(phi))/sin(phi)^2, by their series where small."""
+    found, first, second = turning(np.array([1.0, 0.0, 0.0]), np.array([np.cos(phi), np.sin(phi), 0.0]))
+    assert found == pytest.approx(phi, rel=1e-12)
+    assert first == pytest.approx(-phi / np.sin(phi), rel=1e-12)
+    small = 1.0 / 3.0 + 2.0 * phi**2 / 15.0
+    assert second == pytest.approx(small if phi < 0.05 else (1.0 - phi / np.tan(phi)) / np.sin(phi) ** 2, rel=1e-6)
 
 
 def test_following_force(crooked):
