@@ -75,7 +75,7 @@ def frequencies(segments: int) -> np.ndarray:
     model = straight(segments)
     model.begin({(0, "start"): clamped(model.end_frame(0, "start"))})
     K, m = stiffness(model)
-    return np.sqrt(np.linalg.eigvalsh(K / np.sqrt(np.outer(m, m)))[[0, 2, 4]]) * LENGTH**2 / np.sqrt(BENDING / MASS)
+    return np.sqrt(np.linalg.eigvalsh(K / np.sqrt(np.outer(m, m)))[[0, 2, 5]]) * LENGTH**2 / np.sqrt(BENDING / MASS)
 
 
 def crossing(low: float, high: float, unstable: Callable[[float], bool]) -> float:
