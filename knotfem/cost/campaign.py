@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import statistics
 import subprocess
 import sys
@@ -24,7 +25,8 @@ POLL = 0.1
 """Seconds between looks at the processes."""
 WORKER = (sys.executable, "-m", "knotfem.cost.worker")
 LOG = "worker.log"
-STOPPED = (75, 130)
+STOPPED = (Stopped.exit_code, Interrupted.exit_code, -signal.SIGTERM, -signal.SIGINT)
+"""Exit codes of processes that were asked to stop, also before they could write a checkpoint."""
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
@@ -174,7 +176,7 @@ class Campaign:
             self.outcomes[rung.name] = Outcome("done")
             self._learn(run.scene, START_SECONDS + _spent(run))
         elif code in STOPPED:
-            self.outcomes[rung.name] = Outcome("stopped", "the budget is spent; the same command goes on")
+            self.outcomes[rung.name] = Outcome("stopped", "out of time or asked to; the same command goes on")
         else:
             why = reason or f"the process ended with {code}, see {run.path / LOG}"
             if code != InputError.exit_code:

@@ -23,6 +23,8 @@ plan = json.loads((run.parents[1] / "plan.json").read_text()).get(run.name, {})
 time.sleep(plan.get("sleep", 0.0))
 if "state" in plan:
     (run / "status.json").write_text(json.dumps({"state": plan["state"], "reason": plan.get("reason", "")}))
+if plan.get("code", 0) < 0:
+    os.kill(os.getpid(), -plan["code"])
 sys.exit(plan.get("code", 0))
 """
 FINE = Rung("fine", "slice", "1 mm", 0.5, ("rods.0.mesh.element_length=1 mm",))
@@ -96,6 +98,15 @@ def test_failure_is_an_outcome(make):
     assert campaign.outcomes["coarse"] == Outcome("failed", "strands passed")
     assert campaign.outcomes["fine"].state == "failed"
     assert "worker.log" in campaign.outcomes["fine"].reason
+
+
+def test_process_ended_before_it_began_goes_on(make, tmp_path):
+    first = make('{"coarse": {"code": -15}}')
+    first.take([base_rung(), COARSE])
+    assert first.outcomes["coarse"].state == "stopped"
+    again = make()
+    again.take([base_rung(), COARSE])
+    assert order(tmp_path) == ["base", "coarse", "base", "coarse"]
 
 
 def test_rung_that_is_no_scene_has_failed(make, tmp_path):
