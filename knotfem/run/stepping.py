@@ -37,7 +37,7 @@ def newton_settings(model: Simulation) -> NewtonSettings:
         resultant_tolerance=10.0 * tolerance,
         max_iterations=scene.solver.max_iterations,
         largest_move=0.25 * d,
-        endgame_move=0.005 * d,
+        endgame_move=0.025 * d,
     )
 
 

@@ -28,7 +28,7 @@ class NewtonSettings:
         force_tolerance: largest out-of-balance force of one unknown.
         resultant_tolerance: largest out-of-balance force summed over all nodes up to any cross-section.
         max_iterations: a step that needs more has failed.
-        largest_move: longest move of a node in one iteration.
+        largest_move: longest move of a node in one iteration, beyond twice what the prescribed ones still lack.
         endgame_move: below it steps are taken whole, with no line search.
         shift_start: first Levenberg-Marquardt shift of the whole rod [N/mm].
         shift_cap: largest one.
@@ -129,6 +129,7 @@ def _direction(system, matrix, residual, gap, lifted, settings, took) -> np.ndar
     if lifted:
         rhs = rhs - matrix.multiply(gap.ravel()).reshape(gap.shape)
     values = matrix.data.copy()
+    limit = settings.largest_move + 2.0 * float(np.abs(gap).max())
     while True:
         try:
             du = system.solve(matrix, took.shift, rhs)
@@ -138,10 +139,10 @@ def _direction(system, matrix, residual, gap, lifted, settings, took) -> np.ndar
             du = None
         if du is not None:
             move = float(np.abs(du).max())
-            if lifted or move <= settings.largest_move:
+            if move <= limit:
                 return du + gap
             if took.shift >= settings.shift_cap:
-                return du * (settings.largest_move / move)
+                return du * (limit / move) + gap
         took.shift = min(max(4.0 * took.shift, settings.shift_start), settings.shift_cap)
         matrix.data[:] = values
 
