@@ -4,37 +4,53 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from knotfem_cli.common import Verb, output_option, shared_options
 
+if TYPE_CHECKING:
+    from knotfem.verify.verdict import Case, Verdict
+
 
 @click.command(cls=Verb)
 @click.option("--only", metavar="NAME", multiple=True, help="A case of the table, or a group of them; repeatable.")
+@click.option("--hard", is_flag=True, help="The hard cases instead of the closed forms; hours.")
+@click.option("--small", is_flag=True, help="With --hard: their small versions; minutes.")
 @output_option
 @shared_options
 def verify(
-    only: tuple[str, ...], output: Path | None, overrides: tuple[str, ...], quiet: bool, log_format: str
+    only: tuple[str, ...],
+    hard: bool,
+    small: bool,
+    output: Path | None,
+    overrides: tuple[str, ...],
+    quiet: bool,
+    log_format: str,
 ) -> None:
-    """Compare this installation with closed-form solutions.
+    """Compare this installation with closed-form solutions, or run the hard cases.
 
     Prints case, quantity, expected value, found value, deviation, verdict and seconds; ends with code 4 when a
     verdict fails. -o writes the table as CSV, with sources and meshes. The cases have settings of their own; no --set
-    changes them.
+    changes them. With --hard: whether each run finished, cutbacks, smallest J, penetration over the diameter, knot
+    before and after, energy error, what the case must besides, and wall seconds.
 
     \b
     Example:
       knotfem verify
       knotfem verify --only elastica --only torsion -o verdicts.csv
+      knotfem verify --hard --small
+      knotfem verify --hard --only rough:overhand
     """
     from knotfem.errors import InputError
-    from knotfem.verify.suite import closed_forms
     from knotfem.verify.verdict import judge, select, table
 
     if overrides:
-        raise InputError("closed forms have settings of their own", key="--set", found=overrides[0])
-    cases = select(closed_forms(), only)
+        raise InputError("the cases have settings of their own", key="--set", found=overrides[0])
+    if small and not hard:
+        raise InputError("only hard cases have small versions", key="--small", expected="--hard --small")
+    cases = select(_cases(hard, small), only)
     verdicts = []
     for number, case in enumerate(cases, start=1):
         if not quiet and log_format == "text":
@@ -48,8 +64,24 @@ def verify(
 
         write_table(output, table(verdicts))
     if not quiet and log_format == "text":
-        from knotfem.verify.display import show
-
-        show(verdicts)
+        _show(verdicts, hard)
     if not all(verdict.passed for verdict in verdicts):
         click.get_current_context().exit(4)
+
+
+def _cases(hard: bool, small: bool) -> list[Case]:
+    if hard:
+        from knotfem.verify.hard import hard_cases
+
+        return hard_cases(small=small)
+    from knotfem.verify.suite import closed_forms
+
+    return closed_forms()
+
+
+def _show(verdicts: list[Verdict], hard: bool) -> None:
+    if hard:
+        from knotfem.verify.hard_display import show
+    else:
+        from knotfem.verify.display import show
+    show(verdicts)

@@ -18,7 +18,7 @@ from knotfem.centerline.smoothing import laplacian
 from knotfem.effects.elasticity import Elasticity
 from knotfem.effects.formulation import lumped_mass, make_formulation
 from knotfem.mesh.rod import RodMesh, extrude
-from knotfem.mesh.section import read_section
+from knotfem.mesh.section import Section, read_section
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import CURVE_SUFFIXES, Rod
 from knotfem.solver import schemes
@@ -192,18 +192,26 @@ def place(points: np.ndarray, rod: Rod) -> np.ndarray:
     return turn.apply(points) + np.array(rod.origin)
 
 
-def mesh_of(rod: Rod) -> RodMesh:
+def mesh_of(rod: Rod, section: Section | None = None) -> RodMesh:
     """Hexahedra and truss of a rod, straight.
+
+    Args:
+        rod: what the user asked for.
+        section: instead of the shipped one.
 
     Raises:
         InputError: no such section.
     """
-    section = read_section(shipped.section_path(rod.mesh.section_elements))
+    section = read_section(shipped.section_path(rod.mesh.section_elements)) if section is None else section
     return extrude(section, 0.5 * rod.diameter, rod.length, rod.slices, match_bending=rod.mesh.match_bending_stiffness)
 
 
-def build_body(scene: Scene) -> Body:
+def build_body(scene: Scene, section: Section | None = None) -> Body:
     """Mesh all rods of a scene.
+
+    Args:
+        scene: what the user asked for.
+        section: of all rods, instead of the shipped one.
 
     Raises:
         InputError: a centreline or a section that cannot be.
@@ -211,11 +219,11 @@ def build_body(scene: Scene) -> Body:
     rods, volumes, sections = [], [], []
     first = 0
     for rod in scene.rods:
-        mesh = mesh_of(rod)
-        section, slices = mesh.section, mesh.slices
-        points = mesh.nodes[: len(section.points), :2]
-        form = make_formulation(rod.mesh.element, points[section.quads], mesh.element_length)
-        elements = mesh.hexes.reshape(slices, len(section.quads), -1) + first
+        mesh = mesh_of(rod, section)
+        quads, slices = mesh.section.quads, mesh.slices
+        points = mesh.nodes[: len(mesh.section.points), :2]
+        form = make_formulation(rod.mesh.element, points[quads], mesh.element_length)
+        elements = mesh.hexes.reshape(slices, len(quads), -1) + first
         material = rod.material
         bulk = Elasticity(elements, form, material.shear_modulus, material.bulk_modulus)
         core = None

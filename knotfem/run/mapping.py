@@ -36,6 +36,7 @@ class Increment:
         wall: [s].
         x: positions [mm], shape [nodes, 3].
         smallest_j: smallest determinant of the deformation gradient.
+        system: what was solved, with its clock; None where nothing was.
     """
 
     mapping_time: float
@@ -45,6 +46,7 @@ class Increment:
     wall: float
     x: np.ndarray
     smallest_j: float
+    system: System | None = None
 
 
 def mapping(body: Body, paths: list[CentrelinePath], threads: int, solver_name: str) -> Iterator[Increment]:
@@ -80,7 +82,7 @@ def mapping(body: Body, paths: list[CentrelinePath], threads: int, solver_name: 
             solved = False
         smallest = min(rod.bulk.smallest_j for rod in body.rods)
         wall = time.perf_counter() - began
-        yield Increment(mapping_time, np.concatenate(stretch), took.count, solved, wall, x, smallest)
+        yield Increment(mapping_time, np.concatenate(stretch), took.count, solved, wall, x, smallest, system)
     system.close()
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
+from knotfem.mesh.section import Section
 from knotfem.rod.contact_map import ContactMap
 from knotfem.run.account import Account
 from knotfem.run.build import build_body
@@ -26,13 +27,17 @@ from knotfem.tie import CentrelinePath
 class Solid(Simulation):
     """The three-dimensional model; see `Simulation`."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, section: Section | None = None) -> None:
         """Mesh the rods and make the effects.
+
+        Args:
+            scene: what the user asked for.
+            section: of all rods, instead of the shipped one.
 
         Raises:
             InputError: a centreline or a section that cannot be.
         """
-        self.scene, self.body = scene, build_body(scene)
+        self.scene, self.body = scene, build_body(scene, section)
         self.model = build_model(self.body)
         self.rods, self.effects, self.elastic = self.body.rods, self.model.effects, self.body.elastic
         self.absent, self.scheme, self.sections = self.model.absent, self.model.scheme, self.body.sections

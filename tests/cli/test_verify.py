@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 from knotfem.errors import NotConverged
-from knotfem.verify import suite
+from knotfem.verify import hard, suite
 from knotfem.verify.verdict import Case, Quantity
 from knotfem_cli.verify import verify
 
@@ -25,14 +25,27 @@ def fails() -> list[Quantity]:
     raise NotConverged("no balance [found]")
 
 
+def pulled() -> list[Quantity]:
+    return [
+        Quantity("finished", "yes", "yes", kind="equal"),
+        Quantity("smallest J", 0.7, 0.05, kind="at least"),
+        *right(),
+    ]
+
+
 @pytest.fixture(autouse=True)
 def made_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    hard_ones = {
+        True: [Case("rough", pulled, "a small knot", "hard cases")],
+        False: [Case("rough", wrong, "a knot", "hard cases")],
+    }
     cases = [
         Case("one", right, "right", "a book", "a mesh", "a"),
         Case("one", wrong, "wrong", "a book", "a mesh", "b"),
         Case("two", fails, "fails", "a book"),
     ]
     monkeypatch.setattr(suite, "closed_forms", lambda: cases)
+    monkeypatch.setattr(hard, "hard_cases", lambda *, small: hard_ones[small])
 
 
 def test_all_green() -> None:
@@ -73,3 +86,19 @@ def test_json_and_csv_hold_the_same(tmp_path: Path) -> None:
 
 def test_settings_are_fixed() -> None:
     assert CliRunner().invoke(verify, ["--set", "solver.linear=superlu"]).exit_code == 3
+
+
+def test_hard_cases_have_a_table_of_their_own() -> None:
+    result = CliRunner().invoke(verify, ["--hard", "--small"])
+    assert result.exit_code == 0
+    for text in ("smallest J", "0.7", "force [N]", "1 cases, 0 failed", "a small knot"):
+        assert text in result.output
+    result = CliRunner().invoke(verify, ["--hard"])
+    assert result.exit_code == 4
+    assert "FAIL" in result.output
+
+
+def test_only_hard_cases_have_small_versions() -> None:
+    result = CliRunner().invoke(verify, ["--small"])
+    assert result.exit_code == 3
+    assert "only hard cases have small versions" in result.output

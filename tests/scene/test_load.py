@@ -37,7 +37,7 @@ def refused(source: str | Path, *overrides: str) -> InputError:
 @pytest.mark.parametrize("name", shipped.scene_names())
 def test_shipped_scenes_are_right(name: str) -> None:
     scene = load_scene(name)
-    assert scene.name == name
+    assert scene.name == Path(name).name
     assert scene.description
     assert scene.steps
     assert describe(name) == scene.description

@@ -1,0 +1,79 @@
+"""Cycles of load and long holds: friction dissipates in each cycle, the loop closes, nothing creeps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+
+import numpy as np
+
+from knotfem.verify.hard import hard_scene, quantities_of, run
+from knotfem.verify.rehearsal import Rehearsal
+from knotfem.verify.verdict import Case, Quantity
+
+CYCLES = 3
+HELD = 0.9
+"""Share of the slip load that is held."""
+
+
+def cases(*, small: bool = False) -> list[Case]:
+    """See `hard.hard_cases`."""
+    mesh = "4 hexes a section, h = 5 mm" if small else "12 hexes a section, h = 2.5 mm"
+
+    def case(name: str, title: str, measure) -> Case:
+        return Case(name, partial(measure, small), title, "hard cases", mesh, slow=not small)
+
+    return [
+        case("cycles", "overhand loaded, unloaded and loaded again, three times", _cycles),
+        case("hold", "capstan held at 90 % of slip for 10,000 steps", _hold),
+    ]
+
+
+def _cycles(small: bool) -> Sequence[Quantity]:
+    names = ["load", *(f"{kind}-{i}" for i in range(1, CYCLES + 1) for kind in ("unload", "reload"))]
+    short = [f"steps.{i}.displacement={'2 mm' if i == 1 else '1 mm'}" for i in range(1, len(names) + 1)]
+    found = run(hard_scene("cycles", short if small else (), small=small))
+    friction, force, step = (found.force[name] for name in ("friction_Nmm", "force_N", "step"))
+    last = {name: int(np.flatnonzero(step == name)[-1]) for name in names}
+    ends = [last["load"], *(last[f"reload-{i}"] for i in range(1, CYCLES + 1))]
+    taken = np.diff(friction[ends])
+    peaks = force[ends]
+    return [
+        *found.quantities(before="3_1", after="3_1"),
+        *(
+            Quantity("dissipation, N mm", float(work), 0.0, kind="at least", condition=f"cycle {i}")
+            for i, work in enumerate(taken, start=1)
+        ),
+        Quantity("force at the end of the last two cycles, N", float(peaks[-1]), float(peaks[-2]), 0.02),
+        Quantity("force at the end over that of the first load", float(peaks[-1] / peaks[0]), 1.0, 0.05),
+    ]
+
+
+def _hold(small: bool) -> Sequence[Quantity]:
+    pulled = run(hard_scene("slip-capstan", small=small))
+    slip = float(pulled.force["force_N"].max())
+    count = 200 if small else 10_000
+    scene = hard_scene(
+        "hold",
+        (f"steps.1.ends.rod.start.force={HELD * slip:.6f} N", f"steps.2.ends.rod.start.force={HELD * slip:.6f} N",
+         f"steps.2.duration={1e-3 * count} s"),
+        small=small,
+    )  # fmt: skip
+    rehearsal = Rehearsal(scene)
+    passed = settled = None
+    steps = 0
+    for passed in rehearsal.run(rehearsal.tied()):
+        if passed.step is scene.steps[-1]:
+            steps += 1
+            settled = passed.x if settled is None else settled
+    assert passed is not None
+    assert settled is not None
+    middle = rehearsal.model.body.rods[0].axis_nodes
+    drift = float(np.linalg.norm(passed.x[middle] - settled[middle], axis=1).max())
+    elastic = scene.contact.stick_over_diameter * scene.rods[0].diameter
+    return [
+        *quantities_of(rehearsal, passed),
+        Quantity("steps held", float(steps), float(count), kind="at least"),
+        Quantity("drift, mm", drift, elastic, kind="at most"),
+        Quantity("force at slip, N", slip, 0.0, kind="at least"),
+    ]

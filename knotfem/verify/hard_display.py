@@ -1,0 +1,63 @@
+"""The table of the hard cases on the terminal: a row a run, and a row each figure of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from knotfem.verify.verdict import Quantity, Verdict
+
+COMMON = ("finished", "cutbacks", "smallest J", "penetration / d", "knot before", "knot after", "energy error")
+"""Figures that have a column each."""
+HEADS = ("case", *COMMON, "must", "found", "verdict", "wall, s")
+
+
+def show(verdicts: Sequence[Verdict]) -> None:
+    """Print the table, and how many cases failed."""
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
+    page = Table(*HEADS)
+    for verdict in verdicts:
+        name, seconds, mark = verdict.case.name, f"{verdict.seconds:.1f}", _mark(verdict.passed)
+        for condition, figures in runs(verdict.quantities).items():
+            label = f"{name}, {condition}" if condition else name
+            page.add_row(label, *(_column(figures, key) for key in COMMON), "", "", mark, seconds)
+            seconds = mark = ""
+        for q in verdict.quantities:
+            if q.name not in COMMON:
+                expected, found, _ = q.shown
+                must = f"{q.name}, {q.condition}: {expected}" if q.condition else f"{q.name}: {expected}"
+                empty = [""] * (len(COMMON) + 1)
+                page.add_row(*empty, escape(must), found, _mark(q.passed), "")
+        if verdict.error:
+            page.add_row(name, escape(verdict.error), *[""] * len(COMMON), "", _mark(False), seconds)
+        page.add_section()
+    failed = sum(not verdict.passed for verdict in verdicts)
+    total = sum(verdict.seconds for verdict in verdicts)
+    page.caption = f"{len(verdicts)} cases, {failed} failed, {total:.0f} s"
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=200)
+    console.print(page)
+
+
+def runs(quantities: Sequence[Quantity]) -> dict[str, dict[str, Quantity]]:
+    """The common figures of each run of a case, by what tells the runs apart."""
+    found: dict[str, dict[str, Quantity]] = {}
+    for q in quantities:
+        if q.name in COMMON:
+            found.setdefault(q.condition, {})[q.name] = q
+    return found or {"": {}}
+
+
+def _column(figures: dict[str, Quantity], name: str) -> str:
+    if name not in figures:
+        return "-"
+    q = figures[name]
+    found = q.shown[1]
+    return found if q.passed else f"[bold red]{found}[/]"
+
+
+def _mark(passed: bool) -> str:
+    return "[green]pass[/]" if passed else "[bold red]FAIL[/]"

@@ -1,0 +1,58 @@
+"""Steps too large and tolerances too loose: the result within what the settings promise, or a failure that says so."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+
+import numpy as np
+
+from knotfem.verify.hard import Outcome, hard_scene, run
+from knotfem.verify.verdict import Case, Quantity
+
+PROMISED = {"large-steps": 0.05, "loose-tolerance": 0.02}
+"""Largest error of the force over the largest force: of friction's path in steps of 8 times the usual length; of an
+out-of-balance of 100 times the usual one, 0.01 N along the rod against a force of 0.5 N."""
+
+
+def cases(*, small: bool = False) -> list[Case]:
+    """See `hard.hard_cases`."""
+    mesh = "4 hexes a section, h = 5 mm" if small else "12 hexes a section, h = 2.5 mm"
+    titles = {
+        "large-steps": "time step 8 times too large",
+        "loose-tolerance": "Newton's tolerance 100 times too loose",
+    }
+    return [
+        Case("settings", partial(_against_usual, name, small), title, "hard cases", mesh, name, slow=not small)
+        for name, title in titles.items()
+    ]
+
+
+def _against_usual(name: str, small: bool) -> Sequence[Quantity]:
+    short = ("steps.1.displacement=2 mm", "output.every_displacement=1 mm") if small else ()
+    usual = run(
+        hard_scene(name, ("solver.move_over_diameter=0.5", "solver.force_tolerance=1e-5 N", *short), small=small)
+    )
+    found = run(hard_scene(name, short, small=small))
+    promised = 5.0 * PROMISED[name] if small else PROMISED[name]
+    if found.ended != "yes":
+        return [
+            Quantity("said to have failed", found.ended, found.ended, kind="equal"),
+            *usual.quantities(condition="usual"),
+        ]
+    return [
+        *found.quantities(before="3_1", after="3_1", energy=promised),
+        Quantity("error of the force over the force", force_error(found, usual), promised, kind="at most"),
+    ]
+
+
+def force_error(found: Outcome, usual: Outcome) -> float:
+    """Largest difference of two force curves over the largest force, at the displacements of the second."""
+    curves = []
+    for outcome in (found, usual):
+        rows = outcome.force["step"] == outcome.force["step"][-1]
+        curves.append((outcome.force["displacement_mm"][rows], outcome.force["force_N"][rows]))
+    (there, force), (displacement, expected) = curves
+    on_both = displacement >= there[0]
+    difference = np.interp(displacement[on_both], there, force) - expected[on_both]
+    return float(np.abs(difference).max() / np.abs(expected).max())

@@ -1,0 +1,125 @@
+"""The steps of a scene in memory, from any state and on any section, for cases that a run directory cannot hold."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from knotfem.mesh.section import Section
+from knotfem.run.account import Balance
+from knotfem.run.solid import Solid
+from knotfem.run.stepping import AtRest, march_of
+from knotfem.run.watch import KnotWatch
+from knotfem.scene.model import Scene
+from knotfem.scene.steps import Relax, Release, Step
+from knotfem.solver.effect import Motion
+from knotfem.solver.linear import available
+from knotfem.solver.march import Accepted, Progress
+
+
+@dataclass(frozen=True)
+class Passed:
+    """An accepted step.
+
+    Attributes:
+        step: of the scene.
+        accepted: what the march took.
+        balance: what it is held against.
+        missing: work that is neither stored nor dissipated so far [N mm].
+        friction: work that friction took so far [N mm].
+    """
+
+    step: Step
+    accepted: Accepted
+    balance: Balance
+    missing: float
+    friction: float
+
+    @property
+    def x(self) -> np.ndarray:
+        """Positions [mm], shape [nodes, 3]."""
+        return self.accepted.motion.x
+
+
+class Rehearsal:
+    """A scene of hexahedra, tied in memory.
+
+    Args:
+        scene: what to run.
+        section: of all rods, instead of the shipped one.
+
+    Attributes:
+        model: of the scene.
+        jacobian: smallest determinant of the deformation gradient so far.
+        penetration: deepest so far [mm].
+        cutbacks: failed attempts so far.
+        steps: accepted so far.
+    """
+
+    def __init__(self, scene: Scene, section: Section | None = None) -> None:
+        self.model = Solid(scene, section)
+        self.jacobian, self.penetration = 1.0, 0.0
+        self.cutbacks = self.steps = 0
+        self.account = self.model.account()
+
+    def tied(self) -> np.ndarray:
+        """Map the centrelines; positions [mm], shape [nodes, 3]."""
+        scene = self.model.scene
+        solver = available()[0] if scene.solver.linear == "auto" else scene.solver.linear
+        x = np.zeros((self.model.body.nodes, 3))
+        for increment in self.model.mapping(self.model.paths(), solver):
+            x = increment.x
+        return x
+
+    def forget(self) -> None:
+        """Set the elements' own unknowns back to those of an unstressed rod; the next solve finds them anew."""
+        for rod in self.model.body.rods:
+            rod.bulk.pressure[:] = 0.0
+            if rod.core is not None:
+                rod.core.force[:] = 0.0
+
+    def run(self, x: np.ndarray) -> Iterator[Passed]:
+        """All steps of the scene from rest at x [mm], shape [nodes, 3].
+
+        Raises:
+            KnotfemError: what would end a run.
+        """
+        motion = Motion.at_rest(x)
+        for number, step in enumerate(self.model.scene.steps):
+            anew = number <= len(self.model.scene.tying_steps)
+            for passed in self._take(step, motion, anew=anew):
+                motion = passed.accepted.motion
+                yield passed
+
+    def _take(self, step: Step, motion: Motion, *, anew: bool) -> Iterator[Passed]:
+        model, account, watch = self.model, self.account, KnotWatch(self.model)
+        progress, origin = Progress.at(motion), motion.x.copy()
+        equations = model.equations(step, motion.time, origin, {}, progress)
+        equations.system.update(motion.x)
+        account.open(motion.x, motion.v, anew=anew)
+        rest = AtRest(step, model) if isinstance(step, Relax | Release) else None
+        try:
+            for accepted in march_of(model, step, equations.system, progress, motion.time):
+                x = accepted.motion.x
+                watch.check_passage(accepted.start.motion.x, x, accepted.motion.time)
+                balance = account.book(equations, accepted.start, x, accepted.motion.v, origin)
+                self._note(accepted, balance)
+                yield Passed(step, accepted, balance, account.energies.missing, account.energies.friction)
+                if rest is not None and rest.reached(account.energies, balance):
+                    break
+        finally:
+            equations.system.close()
+
+    def _note(self, accepted: Accepted, balance: Balance) -> None:
+        self.jacobian = min([self.jacobian, *(rod.bulk.smallest_j for rod in self.model.body.rods)])
+        self.penetration = max(self.penetration, balance.penetration)
+        self.cutbacks += accepted.failed
+        self.steps += 1
+
+
+def force_curve(passed: list[Passed]) -> tuple[np.ndarray, np.ndarray]:
+    """Displacements [mm] and forces [N] at the stops of the last step."""
+    last = [p for p in passed if p.step is passed[-1].step and p.accepted.arrived]
+    return np.array([p.balance.displacement for p in last]), np.array([p.balance.force for p in last])
