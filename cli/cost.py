@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 
 import click
@@ -61,7 +62,8 @@ def cost(
         if not quiet:
             click.echo(json.dumps({"message": text}) if log_format == "json" else text, err=True)
 
-    console = Console(soft_wrap=True, quiet=quiet or log_format == "json")
+    width = None if sys.stdout.isatty() else 160
+    console = Console(width=width, quiet=quiet or log_format == "json")
     if effects:
         switched = switches.run_effects(scene, chosen, folder, budget=seconds, jobs=jobs, tell=tell)
         files.write_effects(switched, folder)

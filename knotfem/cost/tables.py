@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +13,7 @@ from knotfem.cost.study import TARGETS, Study
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
+    from rich.table import Table
 
 SHORT = {
     "force": "force",
@@ -48,8 +50,8 @@ def csv_columns(study: Study) -> dict[str, np.ndarray]:
 
 
 def tables(study: Study) -> list[RenderableType]:
-    """What the terminal shows: errors and costs of rungs, limits of ladders, references."""
-    return [_rungs(study), _limits(study), _references(study)]
+    """What the terminal shows: errors of rungs, their costs, limits of ladders, references."""
+    return [_errors(study), _costs(study), _limits(study), _references(study)]
 
 
 def recommendations(study: Study) -> list[str]:
@@ -60,8 +62,9 @@ def recommendations(study: Study) -> list[str]:
         if entry is None:
             lines.append(f"{target:.0%} in the {label}: no rung is that accurate within the reference's uncertainty")
             continue
-        error = f"error {study.error(entry, study.main):.2%} +- {study.references[study.main][0].uncertainty:.2%}"
-        cost = f"{entry.wall['total'] / 60.0:.1f} min here ({entry.cpu['total'] / 60.0:.1f} CPU min)"
+        uncertainty = study.references[study.main][0].uncertainty
+        error = f"error {_percent(study.error(entry, study.main))} +- {_percent(uncertainty)} %"
+        cost = f"{_duration(entry.wall['total'])} here ({_duration(entry.cpu['total'])} of CPU time)"
         lines.append(f"{target:.0%} in the {label}: {entry.rung.name} ({entry.rung.setting}), {error}, about {cost}")
     missing = [f"{entry.rung.name} ({entry.outcome.state})" for entry in study.measured if not entry.done]
     if missing:
@@ -69,63 +72,85 @@ def recommendations(study: Study) -> list[str]:
     return lines
 
 
-def _rungs(study: Study) -> RenderableType:
-    from rich.table import Table
-
+def _errors(study: Study) -> RenderableType:
     names = list(study.references)
-    table = Table(title=f"{study.scene.name}: errors in % against the reference, costs in CPU seconds")
-    for column in ("rung", "setting", *(SHORT[name] for name in names), *(f"own {SHORT[study.main]}",)):
-        table.add_column(column, justify="left" if column in ("rung", "setting") else "right")
-    for column in ("wall", "CPU", *PARTS, "MB", "steps", "iterations"):
-        table.add_column(column, justify="right")
+    table = _table(
+        f"{study.scene.name}: errors in % against the reference",
+        ("", "rung", "setting"),
+        (*(SHORT[name] for name in names), f"own {SHORT[study.main]}", "CPU"),
+        f"* on the Pareto front of CPU seconds and {LABELS[study.main]}",
+    )
     front = {entry.rung.name for entry in study.front}
     for entry in study.measured:
-        if entry.outcome.state == "left out":
-            continue
-        mark = "* " if entry.rung.name in front else "  "
-        if not entry.done:
-            table.add_row(mark + entry.rung.name, f"{entry.rung.setting}: {_why(entry)}")
-            continue
-        errors = [_percent(study.error(entry, name)) for name in names] + [_percent(study.own_error(entry, study.main))]
-        seconds = [f"{entry.wall['total']:.1f}", *(f"{entry.cpu[part]:.1f}" for part in ("total", *PARTS))]
-        counts = [f"{entry.counts[name]:.0f}" for name in ("peak_memory_mb", "steps", "newton_iterations")]
-        table.add_row(mark + entry.rung.name, entry.rung.setting, *errors, *seconds, *counts)
-    table.caption = f"* on the Pareto front of CPU seconds and {LABELS[study.main]}"
+        mark = "*" if entry.rung.name in front else ""
+        if entry.done:
+            errors = [_percent(study.error(entry, name)) for name in names]
+            own, cpu = _percent(study.own_error(entry, study.main)), _duration(entry.cpu["total"])
+            table.add_row(mark, entry.rung.name, entry.rung.setting, *errors, own, cpu)
+        elif entry.outcome.state != "left out":
+            table.add_row(mark, entry.rung.name, _why(entry))
+    return table
+
+
+def _costs(study: Study) -> RenderableType:
+    table = _table(
+        "Costs: wall seconds, CPU seconds in all and by part",
+        ("rung",),
+        ("wall", "CPU", *PARTS, "MB", "steps", "iter."),
+    )
+    for entry in study.measured:
+        if entry.done:
+            seconds = [f"{entry.wall['total']:.1f}", *(f"{entry.cpu[part]:.1f}" for part in ("total", *PARTS))]
+            counts = [f"{entry.counts[name]:.0f}" for name in ("peak_memory_mb", "steps", "newton_iterations")]
+            table.add_row(entry.rung.name, *seconds, *counts)
     return table
 
 
 def _limits(study: Study) -> RenderableType:
-    from rich.table import Table
-
-    table = Table(title="Limits of the ladders")
-    for column in ("ladder", "quantity", "order", "limit", "uncertain by", "the sequence is"):
-        table.add_column(column, justify="right" if column in ("order", "limit", "uncertain by") else "left")
+    table = _table("Limits of the ladders", ("ladder", "quantity", "sequence"), ("order", "limit", "uncertain by"))
     for name, limits in study.limits.items():
         for ladder, limit in limits.items():
             scale = study.references[name][0].scale
             order = "" if limit.order is None else f"{limit.order:.2f}"
             value = f"{limit.value[-1]:.5g}" if limit.value.size == 1 else ""
-            table.add_row(ladder, LABELS[name], order, value, _percent(limit.uncertainty / scale) + " %", limit.verdict)
+            uncertain = _percent(limit.uncertainty / scale) + " %"
+            table.add_row(ladder, SHORT[name], limit.verdict, order, value, uncertain)
     return table
 
 
 def _references(study: Study) -> RenderableType:
-    from rich.table import Table
-
-    table = Table(title="References: the first of each quantity is what errors are taken against")
-    for column in ("quantity", "source", "value", "uncertain by", "from the first"):
-        table.add_column(column, justify="left" if column in ("quantity", "source") else "right")
+    table = _table(
+        "References: errors are taken against the first of each quantity",
+        ("quantity", "source"),
+        ("value", "uncertain by", "from the first"),
+    )
     for name, found in study.references.items():
         for reference in found:
             value = f"{reference.value[-1]:.5g}" if reference.value.size == 1 else ""
             apart = _percent(found[0].error(reference.value)) + " %" if reference is not found[0] else ""
-            uncertain = _percent(reference.uncertainty) + " %"
-            table.add_row(LABELS[name], reference.source, value, uncertain, apart)
+            table.add_row(SHORT[name], reference.source, value, _percent(reference.uncertainty) + " %", apart)
+    return table
+
+
+def _table(title: str, texts: Sequence[str], numbers: Sequence[str], caption: str | None = None) -> Table:
+    """A table whose rung names and numbers are never cut."""
+    from rich import box
+    from rich.table import Table
+
+    table = Table(title=title, caption=caption, box=box.SIMPLE, padding=(0, 1), title_justify="left")
+    for column in texts:
+        table.add_column(column, no_wrap=column in ("", "rung"))
+    for column in numbers:
+        table.add_column(column, justify="right", no_wrap=True)
     return table
 
 
 def _percent(share: float) -> str:
-    return "" if not np.isfinite(share) else f"{100.0 * share:.3g}"
+    return "" if not np.isfinite(share) else f"{100.0 * share:.2g}"
+
+
+def _duration(seconds: float) -> str:
+    return f"{seconds:.0f} s" if seconds < 120.0 else f"{seconds / 60.0:.0f} min"
 
 
 def _why(entry: Measured) -> str:

@@ -1,6 +1,7 @@
 """A whole cost table from runs whose errors follow a known law."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -108,7 +109,8 @@ def test_table_names_front_orders_and_sources(study):
     with console.capture() as captured:
         console.print(*tables.tables(study), sep="\n")
     text = captured.get()
-    assert "* uniform-108" in text
+    assert re.search(r"\* +uniform-108", text)
+    assert re.search(r"slice +force +asymptotic +2\.00", text)
     assert "limits of section, slice, step, penalty, tolerance added up" in text
     assert "failed, strands passed through each other" in text
 
