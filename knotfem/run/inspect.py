@@ -19,6 +19,14 @@ SECONDS_AN_ITERATION = 2.2e-5
 """Wall seconds of a Newton iteration for each unknown, on two cores."""
 ITERATIONS_A_MM = 11.0
 """Newton iterations for each mm of a pull (the relaxing before it takes 150)."""
+UNUSED = {
+    "fem": ("contact.line_stiffness_over_hertz", "tie.source"),
+    "rod": (
+        "contact.stiffness_over_modulus", "contact.stick_over_diameter", "rods.mesh.section_elements",
+        "rods.mesh.element", "rods.mesh.match_bending_stiffness",
+    ),
+}  # fmt: skip
+"""Keys that tell one model how to compute, and mean nothing to the other."""
 
 
 def check(scene: Scene) -> dict[str, Any]:
@@ -34,6 +42,7 @@ def check(scene: Scene) -> dict[str, Any]:
     return {
         "effects": _effects(model.effects, scene),
         "absent": model.absent,
+        "keys of the other model": list(UNUSED[scene.model]),
         "dofs": unknowns,
         "hexes": model.hexes,
         "segments": model.segments,
@@ -72,7 +81,8 @@ def _symmetry(effects: Sequence[Effect], scene: Scene) -> str:
 def _says(effect: Any) -> str:
     match effect.name:
         case "contact":
-            return f"{effect.samples.u.size} samples, penalty {effect.law.stiffness:.4g} MPa/mm"
+            unit = "MPa/mm" if hasattr(effect, "tubes") else "N/mm^2"
+            return f"{effect.samples.u.size} samples, penalty {effect.law.stiffness:.4g} {unit}"
         case "friction":
             return f"coefficients {effect.coefficients.tolist()}"
         case "cylinder friction":
@@ -81,6 +91,9 @@ def _says(effect: Any) -> str:
             return f"{effect.elements.shape[0] * effect.elements.shape[1]} hexahedra, G {effect.shear_modulus:.4g} MPa"
         case "core":
             return f"EA {effect.axial_stiffness:.5g} N"
+        case "stretch" | "bend" | "twist":
+            name, unit = {"stretch": ("EA", "N"), "bend": ("B", "N mm^2"), "twist": ("C", "N mm^2")}[effect.name]
+            return f"{name} {', '.join(f'{value:.5g}' for value in np.unique(effect.stiffness))} {unit}"
         case "drag":
             return f"{effect.rate:g} 1/s"
         case "gravity":

@@ -265,3 +265,14 @@ def test_wrong_files_are_refused(path, tmp_path):
         VtkHdfSeries(path).truncate(6)
     with pytest.raises(ValueError, match="arclength has 2 rows"):
         VtkHdfSeries.create(tmp_path / "a.vtkhdf", REFERENCE, HEXES, point_data={"arclength": np.zeros(2)})
+
+
+def test_quadrilaterals_are_stored_as_such(tmp_path):
+    quads = np.array([[0, 1, 3, 2], [2, 3, 7, 6]])
+    with VtkHdfSeries.create(tmp_path / "a.vtkhdf", REFERENCE[:8], quads) as series:
+        series.append(0.0, REFERENCE[:8], cell_data={"tension": np.array([1.0, 2.0])})
+    with h5py.File(tmp_path / "a.vtkhdf") as file:
+        root = file["VTKHDF"]
+        assert root["Types"][:].tolist() == [9, 9]
+        assert root["Offsets"][:].tolist() == [0, 4, 8]
+    assert read_mesh(tmp_path / "a.vtkhdf")[1].tolist() == quads.tolist()

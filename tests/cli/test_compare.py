@@ -1,0 +1,93 @@
+"""The verb that holds runs against each other, and the options that name a model or a run to set out from."""
+
+import json
+import sys
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+import pytest
+from click.testing import CliRunner, Result
+
+import knotfem.run
+from knotfem.run.directory import RunDirectory
+from knotfem.scene import load_scene
+from knotfem_cli.main import knotfem_command
+
+
+def call(*arguments: object) -> Result:
+    return CliRunner().invoke(knotfem_command, [str(argument) for argument in arguments])
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    RunDirectory.create(load_scene("overhand"), Path("solid"))
+    RunDirectory.create(load_scene("overhand", ["model=rod"]), Path("light"))
+    return tmp_path
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """What the library was asked to compare."""
+    made: list[Any] = []
+
+    def compare(runs: list[RunDirectory], *, locking: float | None, at: float | None) -> SimpleNamespace:
+        made.append(([str(run.path) for run in runs], locking, at))
+        figures = [
+            SimpleNamespace(name="force there", unit="N", cells=[1.5, 2.0]),
+            SimpleNamespace(name="force there, difference", unit="share", cells=[None, 0.25]),
+            SimpleNamespace(name="model", unit="", cells=["fem", "rod"]),
+        ]
+        labels = [SimpleNamespace(label=run.path.name) for run in runs]
+        return SimpleNamespace(curves=labels, figures=figures, write=lambda out: out.with_suffix(".csv"))
+
+    module = ModuleType("knotfem.run.compare")
+    vars(module).update(compare=compare)
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+    monkeypatch.setattr(knotfem.run, "compare", module, raising=False)
+    return made
+
+
+def test_compare_prints_the_differences_and_where_they_are(folder: Path, asked: list[Any]) -> None:
+    result = call("compare", "solid", "light", "--at", "6 cm", "--locking", "50 mm")
+    assert asked == [(["solid", "light"], 50.0, 60.0)]
+    assert result.stdout == "compare.png\ncompare.csv\n"
+    assert "25.00 %" in result.stderr
+    assert "force there [N]" in result.stderr
+    assert call("compare", "solid", "light", "-o", "a.pdf", "--quiet").output == "a.pdf\na.csv\n"
+
+
+def test_compare_as_json(folder: Path, asked: list[Any]) -> None:
+    found = json.loads(call("compare", "solid", "light", "--log-format", "json").stdout)
+    assert found["figures"]["force there"] == {"unit": "N", "solid": 1.5, "light": 2.0}
+    assert found["figures"]["force there, difference"]["solid"] is None
+
+
+def test_compare_needs_runs(folder: Path) -> None:
+    assert call("compare").exit_code == 2
+    assert call("compare", "solid", "none").exit_code == 3
+    result = call("compare", "solid", "light")
+    assert result.exit_code == 3
+    assert "no pull is stored" in result.stderr
+
+
+@pytest.mark.parametrize("verb", ["tension", "render", "resume"])
+def test_model_of_a_run_is_what_it_is(folder: Path, verb: str) -> None:
+    result = call(verb, "solid", "--model", "rod")
+    assert result.exit_code == 3
+    assert "--set: model: cannot change in a run" in result.stderr
+
+
+def test_set_out_from_another_run(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    scenes = []
+    module = ModuleType("knotfem.run.driver")
+    vars(module).update(tie=lambda scene, run, progress: scenes.append(scene))
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+    monkeypatch.setattr(knotfem.run, "driver", module, raising=False)
+    assert call("tie", "overhand", "--model", "rod", "--from", "solid", "-o", "new").exit_code == 0
+    assert scenes[0].tie.source == str(folder / "solid")
+    assert load_scene("new/scene.toml") == scenes[0]
+    result = call("tie", "overhand", "--from", "solid", "-o", "other")
+    assert result.exit_code == 3
+    assert "only the rod model sets out from another run" in result.stderr

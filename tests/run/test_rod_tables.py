@@ -1,0 +1,140 @@
+"""Tension, twist and moments of the reduced model in tables and fields, against closed forms."""
+
+import numpy as np
+import pytest
+
+from knotfem.rod.ends import EndFrame, clamped
+from knotfem.rod.model import RodModel
+from knotfem.run.rod_fields import AROUND, tube_fields, tube_mesh, tube_rings
+from knotfem.run.rod_tables import at_nodes, tension_rows, twist_rows
+from tests.reduced import BENDING, RADIUS, TWISTING, crossing, line, spec, still
+
+N, LENGTH, AXIAL = 40, 80.0, 4e3
+
+
+def arc(curvature: float, twist: float = 0.0) -> RodModel:
+    """A rod bent into an arc and twisted evenly, held at both ends, as it lies."""
+    h = LENGTH / N
+    middle = curvature * h * (np.arange(N) + 0.5)
+    edges = h * np.stack([np.cos(middle), np.sin(middle), 0.0 * middle], axis=1)
+    points = np.concatenate([np.zeros((1, 3)), np.cumsum(edges, axis=0)])
+
+    def director(s: np.ndarray) -> np.ndarray:
+        bend, turn = curvature * s, twist * s
+        across = np.stack([-np.sin(bend), np.cos(bend), 0.0 * bend], axis=-1)
+        return np.cos(turn)[..., None] * across + np.sin(turn)[..., None] * np.array([0.0, 0.0, 1.0])
+
+    model = RodModel([spec(points, axial=AXIAL, directors=director(h * (np.arange(N) + 0.5)))])
+    angle = curvature * LENGTH
+    ends = (
+        EndFrame(points[0], np.array([1.0, 0.0, 0.0]), director(np.array(0.0))),
+        EndFrame(points[-1], np.array([np.cos(angle), np.sin(angle), 0.0]), director(np.array(LENGTH))),
+    )
+    model.begin({(0, "start"): clamped(ends[0]), (0, "end"): clamped(ends[1])})
+    return model
+
+
+def columns(rows) -> dict[str, np.ndarray]:
+    listed = list(rows)
+    return {name: np.array([row[name] for row in listed]) for name in listed[0]}
+
+
+def test_bend_and_twist_are_those_of_the_arc_up_to_the_clamps():
+    twist, torque, curvature, moment = at_nodes(arc(0.02, 0.01))
+    assert curvature == pytest.approx(np.full(N + 1, 0.02), rel=1e-9)
+    assert moment == pytest.approx(np.full(N + 1, 0.02 * BENDING), rel=1e-9)
+    assert twist == pytest.approx(np.full(N + 1, 0.01), rel=1e-9)
+    assert torque == pytest.approx(np.full(N + 1, 0.01 * TWISTING), rel=1e-9)
+
+
+def test_free_end_carries_no_moment():
+    model = arc(0.02, 0.01)
+    model.begin({})
+    for values in at_nodes(model):
+        assert values[0] == values[-1] == 0.0
+
+
+def test_table_of_twist_has_a_row_a_node():
+    table = columns(twist_rows(arc(0.02, 0.01), ["rod"], 1.5, 2.5))
+    assert table["arclength_mm"] == pytest.approx(np.linspace(0.0, LENGTH, N + 1))
+    assert table["s_over_L"][[0, -1]].tolist() == [0.0, 1.0]
+    assert set(table["time_s"]) == {1.5}
+    assert table["torque_Nmm"] == pytest.approx(np.full(N + 1, 0.01 * TWISTING), rel=1e-9)
+
+
+def test_tension_is_what_stretches_the_segments_shared_by_stiffness():
+    model = still(line(N, LENGTH) * np.array([1.001, 1.0, 1.0]), axial=AXIAL, spacing=LENGTH / N)
+    model.begin({})
+    table = columns(tension_rows(model, ["rod"], [0.8], 0.0, 0.0))
+    assert table["tension_N"] == pytest.approx(np.full(N + 1, 0.001 * AXIAL), rel=1e-9)
+    assert table["core_N"] == pytest.approx(0.8 * table["tension_N"], rel=1e-9)
+    assert table["core_N"] + table["bulk_N"] == pytest.approx(table["tension_N"], rel=1e-9)
+    assert np.abs(table["shear_N"]).max() < 1e-9
+
+
+def test_forces_on_nodes_and_stretch_of_segments_are_two_ways_to_one_tension():
+    rng = np.random.default_rng(3)
+    points = line(N, LENGTH) + 0.05 * rng.normal(size=(N + 1, 3))
+    model = still(points, axial=AXIAL, spacing=LENGTH / N)
+    model.begin({})
+    table = columns(tension_rows(model, ["rod"], [0.5], 0.0, 0.0))
+    ends = [0, -1]
+    assert table["tension_N"][ends] == pytest.approx((table["core_N"] + table["bulk_N"])[ends], rel=1e-9)
+    assert table["shear_N"].max() > 0.1
+
+
+def test_shear_is_what_the_moment_changes_by():
+    """A cantilever under an end force: bent a little, M falls linearly and the shear is its slope."""
+    s = np.linspace(0.0, LENGTH, N + 1)
+    force = 1e-4
+    deflection = force / BENDING * (LENGTH * s**2 / 2.0 - s**3 / 6.0)
+    model = still(np.stack([s, deflection, 0.0 * s], axis=1), axial=AXIAL, spacing=LENGTH / N)
+    model.begin({})
+    table = columns(tension_rows(model, ["rod"], [0.5], 0.0, 0.0))
+    assert table["shear_N"][5:-5] == pytest.approx(np.full(N - 9, force), rel=2e-3)
+
+
+def test_tubes_are_closed_rings_round_the_axis():
+    model = arc(0.02, 0.01)
+    mesh, fields = tube_mesh(model.layout), tube_fields(model, [0.5])
+    assert mesh.cells.shape == (N * AROUND, 4)
+    assert np.bincount(mesh.cells.ravel()).tolist() == [2] * AROUND + [4] * AROUND * (N - 1) + [2] * AROUND
+    (ring,) = tube_rings(model.layout)
+    for points in (mesh.reference, fields.points):
+        centre = points[ring].mean(axis=1)
+        assert np.linalg.norm(points[ring] - centre[:, None], axis=2) == pytest.approx(RADIUS)
+    assert fields.points[ring].mean(axis=1) == pytest.approx(model.centreline(), abs=1e-12)
+    outwards = np.cross(*(np.diff(mesh.reference[mesh.cells[:, [0, 1, 3]]], axis=1)[:, [0, 1]].swapaxes(0, 1)))
+    assert np.all(np.einsum("ei,ei->e", outwards[:, :2], mesh.reference[mesh.cells[:, 0], :2]) != 0.0)
+
+
+def test_surface_strain_is_the_bending_of_the_arc():
+    model = arc(0.02)
+    fields = tube_fields(model, [0.5])
+    strain = fields.point_data["largest_principal_strain"].reshape(N + 1, AROUND)
+    outer, inner = np.log1p(0.02 * RADIUS), np.log1p(-0.02 * RADIUS)
+    assert strain.max(axis=1) == pytest.approx(np.full(N + 1, outer), rel=1e-2)
+    opposite = np.linalg.norm(fields.points.reshape(N + 1, AROUND, 3)[:, :, :2] - np.array([0.0, 50.0]), axis=2)
+    innermost = strain[np.arange(N + 1), opposite.argmin(axis=1)]
+    assert innermost == pytest.approx(np.full(N + 1, -0.5 * inner), rel=1e-2)
+
+
+def test_twist_shears_the_surface():
+    strain = tube_fields(arc(0.0, 0.01), [0.5]).point_data["largest_principal_strain"]
+    assert strain == pytest.approx(np.full(strain.size, 0.5 * 0.01 * RADIUS), rel=1e-9)
+
+
+def test_contact_pressure_carries_the_contact_force():
+    model = crossing(0.3)
+    onto = np.zeros_like(model.x)
+    model.contact.assemble(model.x, onto, None)
+    fields = tube_fields(model, [0.5, 0.5])
+    pressure = fields.point_data["contact_pressure"].reshape(-1, AROUND)
+    points = fields.points.reshape(-1, AROUND, 3)
+    area = 2.0 * np.pi * RADIUS / AROUND * 2.0
+    for rod in range(2):
+        nodes = model.layout.of(rod)
+        inwards = (points[nodes].mean(axis=1)[:, None] - points[nodes]) / RADIUS
+        force = np.einsum("na,nai->i", pressure[nodes], inwards) * area
+        assert force == pytest.approx(-onto[nodes, :3].sum(axis=0), rel=2e-3, abs=1e-9)
+        assert abs(force[2]) > 0.3
