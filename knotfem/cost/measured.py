@@ -13,7 +13,7 @@ from knotfem.run.directory import RunDirectory
 from knotfem.run.tables import read_table
 from knotfem.scene.model import Scene
 
-PARTS = ("mapping", "assembly", "contact", "factorisation", "solve", "output", "other")
+PARTS = ("assembly", "contact", "factorisation", "solve", "output", "other")
 """What the time of a run went into; "other" is the rest: balances, knot names, step control."""
 COUNTS = ("steps", "newton_iterations", "cutbacks", "dofs", "peak_memory_mb")
 
@@ -79,7 +79,6 @@ def _parts(summary: dict, unit: str) -> dict[str, float]:
     phases, costs = summary["phases"], summary["costs"]
     total = float(sum(phase[unit] for phase in phases.values()))
     parts = {name: float(entry[unit]) for name, entry in costs.items()}
-    parts["mapping"] = float(phases.get("mapping", {unit: 0.0})[unit])
     parts["other"] = max(total - sum(parts.values()), 0.0)
     return {**{name: parts[name] for name in PARTS}, "total": total}
 
