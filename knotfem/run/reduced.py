@@ -116,7 +116,10 @@ class Reduced(Simulation):
             self.rod.friction.factor = friction_factor(self.scene, step, start)
         for drag in self.named("drag"):
             drag.rate = drag_rate(self.scene, step)
-        return StepSystem(self.rod.begin(ends), supports, drives)
+        steps = progress.dt, progress.increment_dt
+        system = self.rod.begin(ends)
+        progress.dt, progress.increment_dt = steps
+        return StepSystem(system, supports, drives)
 
     def state(self, inside: bool) -> dict[str, Any]:
         frames = self._begun if inside and self._begun is not None else self._end_frames()

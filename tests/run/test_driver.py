@@ -1,4 +1,4 @@
-"""Whole runs of coarse scenes: what they write, how they stop and go on, what they are held against."""
+"""Whole runs of coarse scenes, of either model: what they write, how they stop and go on, how they balance."""
 
 from __future__ import annotations
 
@@ -26,15 +26,16 @@ COARSE = (
     "steps.1.displacement=6 mm",
     "solver.threads=1",
 )
+MODELS = ("fem", "rod")
 
 
 def coarse(*overrides: str, scene: str = "overhand"):
     return load_scene(scene, [*COARSE, *overrides])
 
 
-@pytest.fixture(scope="module")
-def pulled(tmp_path_factory) -> RunDirectory:
-    scene = coarse()
+@pytest.fixture(scope="module", params=MODELS)
+def pulled(request, tmp_path_factory) -> RunDirectory:
+    scene = coarse(f"model={request.param}")
     run = RunDirectory.create(scene, tmp_path_factory.mktemp("driver") / "run")
     driver.pull(scene, run)
     return run
@@ -49,8 +50,9 @@ def test_pulled_run_writes_all_its_files(pulled):
     names = {path.name for path in pulled.path.iterdir()}
     assert {
         "scene.toml", "provenance.json", "status.json", "log.jsonl", "tie.csv", "force.csv", "tension.csv",
-        "summary.json", "checkpoints", "force.png", "tension.png", "stretch.png",
+        "summary.json", "checkpoints", "force.png", "tension.png", "stretch.png", "contacts.csv",
     } <= names  # fmt: skip
+    assert ("twist.csv" in names) == (pulled.scene.model == "rod")
     assert pulled.read_status()["state"] == "done"
     summary = pulled.read_summary()
     assert summary["knot_before"] == summary["knot_after"] == "3_1"
@@ -73,6 +75,21 @@ def test_tension_equals_the_applied_force_at_the_ends(pulled):
     assert np.median(apart) < 0.01 * force
 
 
+def test_contacts_lie_on_the_rod_and_rub_within_their_limit(pulled):
+    found = read_table(pulled.path / "contacts.csv")
+    assert found["normal_force_N"].size > 20
+    assert np.all(found["normal_force_N"] > 0.0)
+    for column in ("arclength_mm", "other_arclength_mm"):
+        assert np.all((found[column] > 20.0) & (found[column] < 380.0))
+    assert np.all(np.abs(found["arclength_mm"] - found["other_arclength_mm"]) > 9.0)
+    share = found["friction_force_N"] / (0.33 * found["normal_force_N"])
+    assert share.max() < 1.0 + 1e-6
+    slips = found["state"] == "slips"
+    assert 0 < slips.sum() < slips.size
+    assert np.all(share[slips] > 0.998)
+    assert set(found["other"]) == {"rod"}
+
+
 def in_pull(run: RunDirectory) -> int:
     """How often a pull of the run asked whether to stop, nearly to its middle: amid the iterations of a step."""
     force = read_table(run.path / "force.csv")
@@ -80,7 +97,7 @@ def in_pull(run: RunDirectory) -> int:
 
 
 def test_stopped_run_goes_on_to_the_same_bits(pulled, tmp_path, monkeypatch):
-    scene = coarse()
+    scene = pulled.scene
     run = RunDirectory.create(scene, tmp_path / "stopped")
     summary = pulled.read_summary()
     calls = {"left": summary["newton_iterations"] + summary["steps"] - in_pull(pulled)}
@@ -95,10 +112,22 @@ def test_stopped_run_goes_on_to_the_same_bits(pulled, tmp_path, monkeypatch):
             driver.pull(scene, run)
     assert run.read_status()["state"] == "stopped"
     driver.resume(RunDirectory.open(run.path))
-    for table in ("force.csv", "tension.csv"):
+    for table in ("force.csv", "tension.csv", "contacts.csv"):
         whole, halved = rows(pulled, table), rows(run, table)
         for name, values in whole.items():
             assert np.array_equal(values, halved[name]), f"{table}: {name}"
+
+
+def test_state_after_a_step_is_gone_on_from_to_the_same_bits(tmp_path):
+    """From the tied knot on, in one go and in two commands."""
+    scene = coarse("model=rod", "rods.0.mesh.element_length=8 mm", "steps.1.displacement=2 mm")
+    once, twice = (RunDirectory.create(scene, tmp_path / name) for name in ("once", "twice"))
+    driver.pull(scene, once)
+    driver.tie(scene, twice)
+    driver.pull(scene, twice)
+    for table in ("force.csv", "tension.csv", "twist.csv"):
+        whole, halved = rows(once, table), rows(twice, table)
+        assert all(np.array_equal(values, halved[name]) for name, values in whole.items())
 
 
 def test_paths_of_the_mapping_end_in_the_same_equilibrium(tmp_path):
@@ -113,8 +142,11 @@ def test_paths_of_the_mapping_end_in_the_same_equilibrium(tmp_path):
     assert np.abs(ends["linear"] - ends["direct"]).max() < 1e-3
 
 
-def test_hopeless_tolerance_is_a_failure_with_its_state_saved(tmp_path):
-    scene = coarse("solver.force_tolerance=1e-30 N", "solver.max_iterations=3", "solver.max_cutbacks=0")
+@pytest.mark.parametrize("model", MODELS)
+def test_hopeless_tolerance_is_a_failure_with_its_state_saved(tmp_path, model):
+    scene = coarse(
+        f"model={model}", "solver.force_tolerance=1e-30 N", "solver.max_iterations=3", "solver.max_cutbacks=0"
+    )
     run = RunDirectory.create(scene, tmp_path / "run")
     with pytest.raises(NotConverged):
         driver.tie(scene, run)
@@ -122,8 +154,9 @@ def test_hopeless_tolerance_is_a_failure_with_its_state_saved(tmp_path):
     assert json.loads((run.path / "provenance.json").read_text())
 
 
-def test_strand_that_passes_through_another_ends_the_run(tmp_path):
-    scene = coarse("contact.enabled=false", "steps.1.displacement=120 mm")
+@pytest.mark.parametrize("model", MODELS)
+def test_strand_that_passes_through_another_ends_the_run(tmp_path, model):
+    scene = coarse(f"model={model}", "contact.enabled=false", "steps.1.displacement=120 mm")
     run = RunDirectory.create(scene, tmp_path / "run")
     with pytest.raises(KnotLost, match="passed through"):
         driver.pull(scene, run)
