@@ -18,7 +18,8 @@ MERIT_BULK_OVER_SHEAR = 20.0
 class Elasticity(Effect):
     """The bulk of one rod.
 
-    W = mu/2 (J^(-2/3) tr C - 3) + p (J - 1) - p^2 / (2 kappa), the pressure p an unknown of each element.
+    W = mu/2 (J^(-2/3) tr C - 3) + p (J - 1) - p^2 / (2 kappa), the pressure p an unknown of each element. Incompatible
+    modes, where the formulation has them, are unknowns of each element too; see `hexahedra`.
 
     Args:
         elements: connectivity, shape [slices, quads, n].
@@ -36,16 +37,45 @@ class Elasticity(Effect):
         self.name = "elasticity"
         slices, quads, count = self.elements.shape
         psi, weights = self.formulation.psi, self.formulation.weights
-        modes = psi.shape[1]
-        compliance = np.einsum("pi,pj,ep->eij", psi, psi, weights) / self.bulk_modulus
+        modes, extra = psi.shape[2], self.formulation.modes.shape[2]
+        compliance = np.einsum("epi,epj,ep->eij", psi, psi, weights) / self.bulk_modulus
         self._compliance_inv = np.linalg.inv(compliance)
         self._compliance = compliance
         self._slots = np.empty((slices * quads, count, count), dtype=np.int32)
-        self._b = np.zeros((slices, quads, modes, 3 * count))
+        self._b = np.zeros((slices, quads, modes, 3 * (count + extra)))
         self._excess = np.zeros((slices, quads, modes))
         self._dp = np.zeros((slices, quads, modes))
         self.pressure = np.zeros((slices, quads, modes))
+        self.modes = np.zeros((slices, quads, extra, 3))
+        self._change = np.zeros_like(self.modes)
+        self._trial = np.zeros_like(self.modes)
+        self._follow = np.zeros((slices, quads, 3 * extra, 3 * count + 1))
+        self._expanded: np.ndarray | None = None
         self.smallest_j = 1.0
+
+    def forget(self) -> None:
+        """Set pressures and modes back to those of an unstressed rod; the next solve finds them anew."""
+        self.pressure[:] = 0.0
+        self.modes[:] = 0.0
+
+    def deformation(self, x: np.ndarray) -> np.ndarray:
+        """Deformation gradients at the integration points, shape [slices, quads, points, 3, 3]."""
+        form, places = self.formulation, x[self.elements]
+        F = np.einsum("sqai,qgak->sqgik", places, form.grads)
+        tangents = np.einsum("am,sqai->sqmi", form.centre, places)
+        return F + np.einsum("qgm,sqmi,sqmk->sqgik", form.modes, tangents, self.modes)
+
+    def nodal_forces(self, x: np.ndarray, stress: np.ndarray) -> np.ndarray:
+        """Forces on the nodes of each hexahedron [N], shape [slices, quads, n, 3].
+
+        Args:
+            x: positions [mm], shape [nodes, 3].
+            stress: first Piola-Kirchhoff stress times volume, shape [slices, quads, points, 3, 3].
+        """
+        form = self.formulation
+        direct = np.einsum("sqgik,qgak->sqai", stress, form.grads)
+        turned = np.einsum("sqgik,qgm,sqmk->sqmi", stress, form.modes, self.modes)
+        return direct + np.einsum("sqmi,am->sqai", turned, form.centre)
 
     def keys(self, nodes: int) -> np.ndarray:
         return element_keys(self.elements.reshape(-1, self.elements.shape[2]), nodes)
@@ -62,9 +92,12 @@ class Elasticity(Effect):
             self.formulation.grads,
             self.formulation.weights,
             self.formulation.psi,
+            self.formulation.modes,
+            self.formulation.centre,
             self._compliance_inv,
             self.shear_modulus,
             self.pressure,
+            self.modes,
             residual,
             matrix is not None,
             matrix.data if matrix is not None else _NO_DATA,
@@ -73,34 +106,58 @@ class Elasticity(Effect):
             pattern.upper,
             self._b,
             self._excess,
+            self._follow,
         )
+        self._expanded = x.copy() if self.modes.size else None
         return True
 
     def increment(self, du: np.ndarray) -> None:
-        hexahedra.pressure_increment(du, self.elements, self._compliance_inv, self._b, self._excess, self._dp)
+        hexahedra.mode_increment(du, self.elements, self._follow, self._change)
+        hexahedra.pressure_increment(
+            du, self.elements, self._change, self._compliance_inv, self._b, self._excess, self._dp
+        )
 
     def advance(self, fraction: float) -> None:
         self.pressure += fraction * self._dp
+        self.modes += fraction * self._change
 
     def merit(self, x: np.ndarray) -> float:
         modulus = MERIT_BULK_OVER_SHEAR * self.shear_modulus
-        value, smallest = self._potential(x, self.pressure + self._dp, modulus)
+        modes = self.modes
+        if self._expanded is not None:
+            hexahedra.mode_increment(x - self._expanded, self.elements, self._follow, self._trial)
+            modes = modes + self._trial
+        value, smallest = self._potential(x, self.pressure + self._dp, modes, modulus)
         return value if smallest > 0.0 else np.inf
 
     def energy(self, x: np.ndarray) -> float:
-        value, _ = self._potential(x, self.pressure, 0.0)
+        value, _ = self._potential(x, self.pressure, self.modes, 0.0)
         return value - 0.5 * float(np.einsum("sei,eij,sej->", self.pressure, self._compliance, self.pressure))
 
     def memory(self) -> Arrays:
-        return {"pressure": self.pressure.copy()}
+        if self.modes.size == 0:
+            return {"pressure": self.pressure.copy()}
+        return {"pressure": self.pressure.copy(), "modes": self.modes.copy()}
 
     def recall(self, memory: Arrays) -> None:
         self.pressure[:] = memory["pressure"]
+        if self.modes.size:
+            self.modes[:] = memory["modes"]
 
-    def _potential(self, x: np.ndarray, pressure: np.ndarray, modulus: float) -> tuple[float, float]:
+    def _potential(self, x: np.ndarray, pressure: np.ndarray, modes: np.ndarray, modulus: float) -> tuple[float, float]:
         form = self.formulation
         return hexahedra.merit(
-            x, self.elements, form.grads, form.weights, form.psi, self.shear_modulus, pressure, modulus
+            x,
+            modes,
+            self.elements,
+            form.grads,
+            form.weights,
+            form.psi,
+            form.modes,
+            form.centre,
+            self.shear_modulus,
+            pressure,
+            modulus,
         )
 
 

@@ -10,7 +10,10 @@ from knotfem.errors import InputError
 
 _GAUSS = 1.0 / np.sqrt(3.0)
 _CORNERS = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
-_AXIAL_POINTS = {"hex8": (-_GAUSS, _GAUSS), "hex8-reduced": (0.0,)}
+_AXIAL_POINTS = {"hex8": (-_GAUSS, _GAUSS), "hex8-reduced": (0.0,), "hex8-incompatible": (-_GAUSS, _GAUSS)}
+
+CENTRE = np.array([[*corner, level] for level in (-1.0, 1.0) for corner in _CORNERS]) / 8.0
+"""Rates of the trilinear shape functions at the centre, shape [8, 3]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,13 +24,17 @@ class Formulation:
         grads: reference gradients [1/mm], shape [quads, points, n, 3].
         weights: reference volumes [mm^3], shape [quads, points].
         shapes: shape functions at the points, shape [points, n].
-        psi: pressure functions at the points, shape [points, q].
+        psi: pressure functions at the points, shape [quads, points, q].
+        modes: functions of incompatible modes at the points, shape [quads, points, k].
+        centre: rates of the shape functions in reference coordinates at the centre, shape [n, k].
     """
 
     grads: np.ndarray
     weights: np.ndarray
     shapes: np.ndarray
     psi: np.ndarray
+    modes: np.ndarray
+    centre: np.ndarray
 
 
 def names() -> list[str]:
@@ -41,7 +48,8 @@ def make_formulation(name: str, quads: np.ndarray, height: float) -> Formulation
     `hex8` is the trilinear hexahedron with full (2 x 2 x 2) integration and constant pressure, the equivalent of
     C3D8H. `hex8-reduced` has one point along the rod, which takes the parasitic transverse shear out of bending (the
     rod then bends like a Timoshenko beam with reduced integration) at half the cost; every zero-energy mode of one
-    such element needs a section that moves rigidly, so that none is left in a rod.
+    such element needs a section that moves rigidly, so that none is left in a rod. `hex8-incompatible` has full
+    integration, linear pressure and nine incompatible modes: bending without parasitic shear, like C3D8IH.
 
     Args:
         name: see `names`.
@@ -79,7 +87,31 @@ def make_formulation(name: str, quads: np.ndarray, height: float) -> Formulation
                 shapes[point, nodes] = flat * line[level]
             weights[:, point] = np.linalg.det(jacobian) * height / len(axial)
             point += 1
-    return Formulation(grads, weights, shapes, np.ones((points, 1)))
+    if name == "hex8-incompatible":
+        where = np.array([(xi, eta, zeta) for zeta in axial for xi, eta in _CORNERS * _GAUSS])
+        psi = linear_modes(where, weights)
+        return Formulation(grads, weights, shapes, psi, psi[..., 1:], CENTRE)
+    return plain(grads, weights, shapes, np.ones((count, points, 1)))
+
+
+def plain(grads: np.ndarray, weights: np.ndarray, shapes: np.ndarray, psi: np.ndarray) -> Formulation:
+    """Tables without incompatible modes; shapes as in `Formulation`."""
+    return Formulation(grads, weights, shapes, psi, np.zeros((*weights.shape, 0)), np.zeros((shapes.shape[1], 0)))
+
+
+def linear_modes(points: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Functions 1 and xi_m less its mean over the element, shape [hexes, points, 4].
+
+    Without a mean, modes made of them pass the patch test whatever the element's shape (Taylor, Beresford and Wilson
+    1976). Taking the mean off keeps the one along an extruded element linear, as bending wants it, which a factor
+    j_0 / j does not.
+
+    Args:
+        points: of integration in [-1, 1]^3, shape [points, 3].
+        weights: reference volumes [mm^3], shape [hexes, points].
+    """
+    mean = weights @ points / weights.sum(axis=1)[:, None]
+    return np.concatenate([np.ones((*weights.shape, 1)), points - mean[:, None]], axis=2)
 
 
 def lumped_mass(elements: np.ndarray, formulation: Formulation, density: float, nodes: int) -> np.ndarray:

@@ -45,12 +45,12 @@ def stress_state(x: np.ndarray, elasticity: Elasticity) -> StressState:
         elasticity: the rod's bulk with its pressures.
     """
     form = elasticity.formulation
-    F = np.einsum("sqai,qgak->sqgik", x[elasticity.elements], form.grads)
+    F = elasticity.deformation(x)
     J = np.linalg.det(F)
     inverse_t = np.linalg.inv(F).swapaxes(-1, -2)
     b_trace = np.einsum("sqgik,sqgik->sqg", F, F)
     scale = elasticity.shear_modulus * J ** (-2.0 / 3.0)
-    pressure = np.einsum("gm,sqm->sqg", form.psi, elasticity.pressure)
+    pressure = np.einsum("qgm,sqm->sqg", form.psi, elasticity.pressure)
     spherical = pressure * J - scale * b_trace / 3.0
     P = scale[..., None, None] * F + spherical[..., None, None] * inverse_t
     return StressState(F, P, form.weights)

@@ -110,7 +110,7 @@ def _sweep(x: np.ndarray, rod: RodBody, points: np.ndarray, start: np.ndarray, s
     x[rod.section_nodes] = swept_state(
         points, frames, rod.section_points, rod.scene.material.poissons_ratio, stretch=stretch
     )
-    rod.bulk.pressure[:] = 0.0
+    rod.bulk.forget()
     if rod.core is not None:
         rod.core.force[:] = 0.0
 

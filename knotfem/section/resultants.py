@@ -71,7 +71,7 @@ def resultants(x: np.ndarray, section_nodes: np.ndarray, axis: int, bulk: Elasti
     tangent = _tangents(centre)
     state = stress_state(x, bulk)
     weighted = state.first_piola * state.weights[None, :, :, None, None]
-    nodal = np.einsum("sqgik,qgak->sqai", weighted, bulk.formulation.grads)
+    nodal = bulk.nodal_forces(x, weighted)
     across = _across_sections(nodal, bulk.elements, section_nodes)
     axial = np.zeros(section_nodes.shape[0])
     if core is not None:

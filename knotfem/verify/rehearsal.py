@@ -76,7 +76,7 @@ class Rehearsal:
     def forget(self) -> None:
         """Set the elements' own unknowns back to those of an unstressed rod; the next solve finds them anew."""
         for rod in self.model.body.rods:
-            rod.bulk.pressure[:] = 0.0
+            rod.bulk.forget()
             if rod.core is not None:
                 rod.core.force[:] = 0.0
 

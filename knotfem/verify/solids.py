@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from knotfem.effects.elasticity import Elasticity
-from knotfem.effects.formulation import Formulation
+from knotfem.effects.formulation import CENTRE, Formulation, linear_modes, plain
 from knotfem.effects.load import EndForce, held, turned
 from knotfem.solver.effect import Motion
 from knotfem.solver.linear import make_solver
@@ -21,12 +21,13 @@ CORNERS = np.array(
 )
 
 
-def tables(corners: np.ndarray, points: np.ndarray) -> Formulation:
+def tables(corners: np.ndarray, points: np.ndarray, *, incompatible: bool = False) -> Formulation:
     """Tables of trilinear hexahedra of any shape, with constant pressure.
 
     Args:
         corners: of each hexahedron, shape [hexes, 8, 3].
         points: of integration in [-1, 1]^3, of equal weights, shape [points, 3].
+        incompatible: whether with incompatible modes.
     """
     count = len(points)
     grads, weights, shapes = (
@@ -41,12 +42,18 @@ def tables(corners: np.ndarray, points: np.ndarray) -> Formulation:
         jacobian = np.einsum("eai,ak->eik", corners, rates)
         grads[:, point] = np.einsum("ak,eki->eai", rates, np.linalg.inv(jacobian))
         weights[:, point] = np.linalg.det(jacobian) * 8.0 / count
-    return Formulation(grads, weights, shapes, np.ones((count, 1)))
+    if incompatible:
+        psi = linear_modes(points, weights)
+        return Formulation(grads, weights, shapes, psi, psi[..., 1:], CENTRE)
+    return plain(grads, weights, shapes, np.ones((len(corners), count, 1)))
 
 
-def bricks(nodes: np.ndarray, hexes: np.ndarray, shear: float, bulk: float) -> Elasticity:
+def bricks(
+    nodes: np.ndarray, hexes: np.ndarray, shear: float, bulk: float, *, incompatible: bool = False
+) -> Elasticity:
     """Q1P0 on hexahedra of any shape: one "slice" in which every element has tables of its own."""
-    return Elasticity(hexes[None], tables(nodes[hexes], CORNERS / np.sqrt(3.0)), shear, bulk)
+    form = tables(nodes[hexes], CORNERS / np.sqrt(3.0), incompatible=incompatible)
+    return Elasticity(hexes[None], form, shear, bulk)
 
 
 def stretched(stretch: float, element: str) -> list[Quantity]:
@@ -77,7 +84,7 @@ def torsion(element: str) -> list[Quantity]:
     ]
 
 
-def patch(poisson: float) -> list[Quantity]:
+def patch(poisson: float, *, incompatible: bool = False) -> list[Quantity]:
     """A linear field on the boundary is met exactly inside, from a start that is not it."""
     rng = np.random.default_rng(1)
     line = np.linspace(0.0, 1.0, 4)
@@ -87,7 +94,7 @@ def patch(poisson: float) -> list[Quantity]:
     i = np.arange(64).reshape(4, 4, 4)
     lower = [i[:-1, :-1], i[1:, :-1], i[1:, 1:], i[:-1, 1:]]
     hexes = np.stack([n[..., :-1] for n in lower] + [n[..., 1:] for n in lower], axis=-1).reshape(-1, 8)
-    bulk = bricks(X, hexes, *moduli(1.0, poisson))
+    bulk = bricks(X, hexes, *moduli(1.0, poisson), incompatible=incompatible)
     F = np.eye(3) + 0.2 * rng.standard_normal((3, 3))
     goal = X @ F.T
     outside = np.flatnonzero(~inner)
@@ -123,7 +130,7 @@ def cook(cells: int, tip: float) -> list[Quantity]:
     return [Quantity("tip", float(x[i[-1, -1], 1] - 60.0), tip, 0.005)]
 
 
-_ELEMENTS = ("hex8-reduced", "hex8")
+_ELEMENTS = ("hex8-reduced", "hex8", "hex8-incompatible")
 
 CASES = [
     *(
@@ -152,12 +159,13 @@ CASES = [
     *(
         Case(
             "patch",
-            partial(patch, poisson),
+            partial(patch, poisson, incompatible=element == "hex8-incompatible"),
             f"patch of distorted bricks, nu = {poisson:g}",
             "linear field",
-            "hex8, 3 x 3 x 3",
-            f"{poisson:g}",
+            f"{element}, 3 x 3 x 3",
+            f"{poisson:g}" if element == "hex8" else f"{element}-{poisson:g}",
         )
+        for element in ("hex8", "hex8-incompatible")
         for poisson in (0.3, 0.4999)
     ),
     *(

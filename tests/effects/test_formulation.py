@@ -7,7 +7,7 @@ from knotfem.effects.formulation import make_formulation, names
 from knotfem.errors import InputError
 
 
-@pytest.mark.parametrize("element", ["hex8", "hex8-reduced"])
+@pytest.mark.parametrize("element", ["hex8", "hex8-reduced", "hex8-incompatible"])
 def test_gradients_reproduce_linear_fields_and_weights_the_volume(element):
     section = shipped_section(44)
     quads = section.points[section.quads]
@@ -20,7 +20,7 @@ def test_gradients_reproduce_linear_fields_and_weights_the_volume(element):
     np.testing.assert_allclose(form.shapes.sum(axis=1), 1.0)
 
 
-@pytest.mark.parametrize("element", ["hex8", "hex8-reduced"])
+@pytest.mark.parametrize("element", ["hex8", "hex8-reduced", "hex8-incompatible"])
 def test_only_rigid_motions_are_free(element):
     rod = make_rod(4.0, 2, element=element)
     values = np.linalg.eigvalsh(tangent([rod.bulk], rod.mesh.nodes))
@@ -29,6 +29,6 @@ def test_only_rigid_motions_are_free(element):
 
 
 def test_unknown_names_are_refused():
-    assert names() == ["hex8", "hex8-reduced"]
+    assert names() == ["hex8", "hex8-reduced", "hex8-incompatible"]
     with pytest.raises(InputError, match="hex20"):
         make_formulation("hex20", np.zeros((1, 4, 2)), 1.0)
