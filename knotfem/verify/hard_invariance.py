@@ -18,6 +18,8 @@ NAME = "invariance"
 Q = np.array([[0.36, 0.48, -0.80], [-0.80, 0.60, 0.0], [0.48, 0.64, 0.60]])
 """A rotation."""
 SHIFT = np.array([31.0, -17.0, 53.0])
+Other = Callable[[Callable[..., Scene], Rehearsal, np.ndarray], list[Passed]]
+"""Runs the changed knot, from its scene with overrides, the first run and the tied positions."""
 MIRROR = np.diag([1.0, 1.0, -1.0])
 
 
@@ -26,7 +28,7 @@ def cases(*, small: bool = False) -> list[Case]:
     mesh = "4 hexes a section, h = 5 mm" if small else "12 hexes a section, h = 2.5 mm"
     tight, loose = (1e-5, 0.05) if small else (1e-6, 0.01)
 
-    def case(variant: str, title: str, other: Callable[[Scene, Rehearsal, np.ndarray], list[Passed]], limit: float):
+    def case(variant: str, title: str, other: Other, limit: float):
         measure = partial(_compare, other, limit, small)
         return Case(NAME, measure, title, "hard cases", mesh, variant, slow=not small)
 

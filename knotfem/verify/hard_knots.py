@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from knotfem.scene.steps import Release
-from knotfem.verify.hard import Outcome, at, hard_scene, run
+from knotfem.verify.hard import Outcome, at, hard_scene, quantities_of, run
 from knotfem.verify.rehearsal import Rehearsal
 from knotfem.verify.verdict import Case, Quantity
 
@@ -101,17 +101,17 @@ def _rough_capstan(*, small: bool) -> Sequence[Quantity]:
 
 
 def _bulk(*, small: bool) -> Sequence[Quantity]:
-    found: dict[str, tuple[float, float, Rehearsal]] = {}
+    found: dict[str, tuple[float, float]] = {}
+    figures: list[Quantity] = []
     for ratio in ("500", "5000"):
         overrides = (f"rods.0.material.bulk_over_shear={ratio}", *(SLIGHT if small else ()))
         rehearsal = Rehearsal(hard_scene("overhand-bulk-5000", overrides, small=small))
         force = 0.0
         for passed in rehearsal.run(rehearsal.tied()):
-            force = passed.balance.force
-        found[ratio] = force, roughness(rehearsal.model.body.rods[0].bulk.pressure), rehearsal
-    stiff = found["5000"][2]
+            force, figures = passed.balance.force, quantities_of(rehearsal, passed)
+        found[ratio] = force, roughness(rehearsal.model.body.rods[0].bulk.pressure)
     return [
-        *stiff.quantities(),
+        *figures,
         Quantity("force, N", found["5000"][0], found["500"][0], 0.02),
         Quantity("roughness of the pressure", found["5000"][1], 1.2 * found["500"][1], kind="at most"),
     ]
@@ -166,15 +166,16 @@ def _soft(name: str, *, small: bool) -> Sequence[Quantity]:
 def _stiff(*, small: bool) -> Sequence[Quantity]:
     short = ("steps.1.duration=0.02 s", "steps.2.duration=0.02 s", "output.every_time=0.02 s")
     found = run(hard_scene("stiff-100", short if small else (), small=small))
-    return [*found.quantities(before="8_20", after="8_20"), Quantity("samples in contact", *_contacts(found))]
+    return [*found.quantities(before="8_20", after="8_20"), _contacts(found)]
 
 
-def _contacts(found: Outcome) -> tuple[float, float, float, str]:
+def _contacts(found: Outcome) -> Quantity:
     """Contact at points: fewer samples than those of four patches as long as the rod is thick."""
     rod, contact = found.scene.rods[0], found.scene.contact
     spacing = contact.sample_spacing_over_diameter * rod.diameter
     ring = np.pi * rod.diameter / spacing
-    return float(found.force["contacts"][-1]), float(np.ceil(4.0 * rod.diameter / spacing * ring)), 0.0, "at most"
+    most = float(np.ceil(4.0 * rod.diameter / spacing * ring))
+    return Quantity("samples in contact", float(found.force["contacts"][-1]), most, kind="at most")
 
 
 def _slip(*, small: bool) -> Sequence[Quantity]:

@@ -64,7 +64,11 @@ def test_scenes() -> None:
     assert all(name in text for name in [*shipped.scene_names(), *shipped.centerline_names()])
     assert call("scenes", "--quiet").stdout.split() == shipped.scene_names()
     assert "bowline" in json.loads(call("scenes", "--log-format", "json").stdout)["scenes"]
-    assert call("scenes", "--quiet", "--set", "rods.1.length=40 mm").stdout.split() == ["crossed-rods", "sheet-bend"]
+    assert call("scenes", "--quiet", "--set", "rods.1.length=40 mm").stdout.split() == [
+        "crossed-rods",
+        "hard/soft-crossing",
+        "sheet-bend",
+    ]
     assert call("scenes", "--set", "nonsense").exit_code == 3
 
 
