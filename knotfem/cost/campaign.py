@@ -178,10 +178,8 @@ class Campaign:
         elif code in STOPPED:
             self.outcomes[rung.name] = Outcome("stopped", "out of time or asked to; the same command goes on")
         else:
-            why = reason or f"the process ended with {code}, see {run.path / LOG}"
-            if code != InputError.exit_code:
-                run.write_status("failed", reason=why)
-            self.outcomes[rung.name] = Outcome("failed", why)
+            crashed = f"the process ended with {code}, see {run.path / LOG}; the same command tries again"
+            self.outcomes[rung.name] = Outcome("failed", reason or crashed)
         outcome = self.outcomes[rung.name]
         self.tell(f"{rung.name}: {outcome.state} after {seconds:.0f} s" + (f", {outcome.reason}" if code else ""))
 

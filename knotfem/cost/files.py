@@ -55,5 +55,6 @@ def plot(study: Study, out: Path) -> None:
         out,
         label=LABELS[study.main],
         uncertainty=study.references[study.main][0].uncertainty if study.references[study.main] else 0.0,
+        unordered=[name for name in study.ladders if name not in SIZED],
         title=study.scene.name,
     )

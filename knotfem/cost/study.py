@@ -74,10 +74,12 @@ class Study:
 
     @property
     def front(self) -> list[Measured]:
-        """Rungs that none beats in CPU seconds and error at once."""
+        """Rungs that none beats in CPU seconds and error at once; errors below the reference's own are alike."""
         done = [entry for entry in self.measured if entry.done]
         cpu = np.array([entry.cpu["total"] for entry in done])
-        errors = np.array([self.error(entry, self.main) for entry in done])
+        found = self.references[self.main]
+        noise = found[0].uncertainty if found else 0.0
+        errors = np.array([np.maximum(self.error(entry, self.main), noise) for entry in done])
         return [done[i] for i in pareto_front(cpu, errors)]
 
     def cheapest(self, target: float) -> Measured | None:

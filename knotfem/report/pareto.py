@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 from knotfem.report.plots import COLOURS, paper_axes
@@ -17,6 +17,7 @@ def plot_pareto(
     *,
     label: str,
     uncertainty: float = 0.0,
+    unordered: Collection[str] = (),
     title: str | None = None,
 ) -> None:
     """Draw relative errors against CPU seconds, on logarithmic axes.
@@ -27,27 +28,30 @@ def plot_pareto(
         out: file to write (.png, .pdf, .svg).
         label: what the error is of.
         uncertainty: of the reference; errors below it, shaded, say nothing.
+        unordered: ladders whose rungs are no sequence, drawn without lines.
         title: heading.
 
     Raises:
         InputError: the format is unknown or the file cannot be written.
     """
+    drawn = [point for points in ladders.values() for point in points]
     with paper_axes(out, title, width=4.6) as axes:
-        axes.margins(x=0.08)
+        axes.set(xscale="log", yscale="log", xlabel="CPU time (s)", ylabel=f"relative error, {label}")
+        for number, (name, points) in enumerate(ladders.items()):
+            if points:
+                seconds, errors = zip(*points, strict=True)
+                style = "none" if name in unordered else "-"
+                colour, marker = COLOURS[number % len(COLOURS)], MARKERS[number % len(MARKERS)]
+                axes.plot(seconds, errors, color=colour, marker=marker, ms=4, lw=0.8, ls=style, label=name)
+        if drawn:
+            seconds, errors = zip(*drawn, strict=True)
+            axes.set(xlim=(min(seconds) / 1.3, max(seconds) * 1.3), ylim=(min(errors) / 2.0, max(errors) * 2.0))
         if front:
-            steps = [(front[0][0], 1e3 * front[0][1]), *front, (1e3 * front[-1][0], front[-1][1])]
             seconds, errors = zip(*front, strict=True)
             axes.plot(seconds, errors, ls="none", marker="o", ms=11, mfc="none", mec="0.2", mew=1.2, label="front")
-            seconds, errors = zip(*steps, strict=True)
-            axes.plot(seconds, errors, color="0.2", lw=0.8, ls="--", drawstyle="steps-post", scalex=False, scaley=False)
-        for number, (name, points) in enumerate(ladders.items()):
-            if not points:
-                continue
-            seconds, errors = zip(*points, strict=True)
-            colour, marker = COLOURS[number % len(COLOURS)], MARKERS[number % len(MARKERS)]
-            axes.plot(seconds, errors, color=colour, marker=marker, ms=4, lw=0.8, label=name)
-        axes.set(xscale="log", yscale="log", xlabel="CPU time (s)", ylabel=f"relative error, {label}")
+            reach = [(front[0][0], axes.get_ylim()[1]), *front, (axes.get_xlim()[1], front[-1][1])]
+            axes.plot(*zip(*reach, strict=True), color="0.2", lw=0.8, ls="--", drawstyle="steps-post")
         if uncertainty > 0.0:
             axes.axhspan(axes.get_ylim()[0], uncertainty, color="0.9", lw=0, zorder=0)
-        if any(ladders.values()):
+        if drawn:
             axes.legend(ncols=2)

@@ -98,6 +98,10 @@ def test_failure_is_an_outcome(make):
     assert campaign.outcomes["coarse"] == Outcome("failed", "strands passed")
     assert campaign.outcomes["fine"].state == "failed"
     assert "worker.log" in campaign.outcomes["fine"].reason
+    again = make()
+    again.take([COARSE, FINE])
+    assert again.outcomes["coarse"].state == "failed", "a failure is a result"
+    assert again.outcomes["fine"].state == "done", "a crash is none"
 
 
 def test_process_ended_before_it_began_goes_on(make, tmp_path):
