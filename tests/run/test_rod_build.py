@@ -1,0 +1,53 @@
+"""The plain numbers of the reduced model that a scene stands for."""
+
+import numpy as np
+import pytest
+
+from knotfem.errors import InputError
+from knotfem.run.rod_build import contact_spec, core_share, make_rods, rod_spec
+from knotfem.run.rod_lay import lay
+from knotfem.scene import load_scene
+
+COARSE = ("model=rod", "rods.0.mesh.element_length=10 mm")
+
+
+def test_stiffness_is_that_of_the_section():
+    scene = load_scene("bowline", COARSE)
+    (laid,) = lay(scene)
+    spec = rod_spec(laid)
+    area, E = np.pi * 9.0, 1.425
+    assert spec.bending == pytest.approx(E * np.pi * 81.0 / 4.0)
+    assert spec.twisting == pytest.approx(spec.bending * 2.0 / 3.0, rel=1e-3)
+    core = 75.5e3 * np.pi * 0.127**2
+    assert spec.axial == pytest.approx(E * area + core)
+    assert core_share(scene.rods[0]) == pytest.approx(core / spec.axial)
+    assert spec.mass_per_length == pytest.approx(1.16e-9 * area)
+    assert spec.spacing == 10.0
+
+
+def test_contact_is_hertzian_or_harder():
+    soft, hard = (
+        contact_spec(load_scene("bowline", [*COARSE, *more]))
+        for more in ((), ("contact.line_stiffness_over_hertz=100",))
+    )
+    assert soft is not None
+    assert hard is not None
+    assert soft.stiffness == pytest.approx(1.425 / 3.0, rel=2e-3)
+    assert hard.stiffness == pytest.approx(100.0 * soft.stiffness)
+    assert (soft.ramp, soft.sample_spacing) == pytest.approx((0.2, 0.75))
+    assert contact_spec(load_scene("bowline", [*COARSE, "contact.enabled=false"])) is None
+
+
+def test_friction_is_that_of_each_pair():
+    scene = load_scene("bowline", [*COARSE, 'contact.pairs=[{between=["rod", "cylinder"], friction=0.1}]'])
+    model = make_rods(scene, lay(scene))
+    assert model.friction is not None
+    assert np.asarray(model.friction.coefficients).tolist() == [[0.33]]
+    ((_, rubbing),) = model.cylinders
+    assert np.asarray(rubbing.coefficients).tolist() == [0.1]
+
+
+def test_effect_of_hexahedra_alone_is_refused():
+    scene = load_scene("bowline", [*COARSE, 'effects.viscous_drag={normal="2 Pa s", tangential="2 Pa s"}'])
+    with pytest.raises(InputError, match=r"effects\.viscous_drag: the rod model does not have this effect"):
+        make_rods(scene, lay(scene))
