@@ -102,9 +102,11 @@ def patch(poisson: float, *, incompatible: bool = False) -> list[Quantity]:
     start[inner] += rng.uniform(-0.05, 0.05, (np.count_nonzero(inner), 3))
     x, _, _ = static([bulk], start, [held(outside, goal[outside])], np.zeros(64, dtype=int), tolerance=1e-12)
     pressure = moduli(1.0, poisson)[1] * (np.linalg.det(F) - 1.0)
+    found = bulk.pressure.reshape(len(hexes), -1)
+    found[:, 0] -= pressure
     return [
         Quantity("deviation from the linear field", float(np.abs(x - goal).max()), 1e-10, kind="at most"),
-        Quantity("deviation of pressure", float(np.abs(bulk.pressure / pressure - 1.0).max()), 1e-8, kind="at most"),
+        Quantity("deviation of pressure", float(np.abs(found / pressure).max()), 1e-8, kind="at most"),
     ]
 
 
@@ -165,8 +167,12 @@ CASES = [
             f"{element}, 3 x 3 x 3",
             f"{poisson:g}" if element == "hex8" else f"{element}-{poisson:g}",
         )
-        for element in ("hex8", "hex8-incompatible")
-        for poisson in (0.3, 0.4999)
+        for element, poisson in (
+            ("hex8", 0.3),
+            ("hex8", 0.4999),
+            ("hex8-incompatible", 0.3),
+            ("hex8-incompatible", 0.49),
+        )
     ),
     *(
         Case(
