@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from functools import cache
 
-from knotfem import shipped
-from knotfem.mesh.section import read_section
+from knotfem.effects.formulation import order
+from knotfem.run.build import shipped_section
 from knotfem.run.inspect import ITERATIONS_A_MM, MEMORY_MB, SECONDS_AN_ITERATION
 from knotfem.scene.model import Scene
+from knotfem.scene.rods import Rod
 from knotfem.scene.steps import Pull
 
 TYING_ITERATIONS = 150.0
@@ -39,9 +40,13 @@ def unknowns(scene: Scene) -> int:
     """Unknowns of a scene's mesh."""
     if scene.model == "rod":
         return sum(ROD_UNKNOWNS * (rod.slices + 1) for rod in scene.rods)
-    return sum(3 * (rod.slices + 1) * _section_nodes(rod.mesh.section_elements) for rod in scene.rods)
+    return sum(3 * (rod.slices + 1) * _section_nodes(rod) for rod in scene.rods)
+
+
+def _section_nodes(rod: Rod) -> int:
+    return _nodes(rod.mesh.section_elements, order(rod.mesh.element))
 
 
 @cache
-def _section_nodes(count: int) -> int:
-    return len(read_section(shipped.section_path(count)).points)
+def _nodes(count: int, degree: int) -> int:
+    return len(shipped_section(count, degree).points)

@@ -7,10 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from knotfem.errors import InputError
+from knotfem.mesh.quadratic import shapes as biquadratic
 
 _GAUSS = 1.0 / np.sqrt(3.0)
 _CORNERS = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
-_AXIAL_POINTS = {"hex8": (-_GAUSS, _GAUSS), "hex8-reduced": (0.0,), "hex8-incompatible": (-_GAUSS, _GAUSS)}
+_AXIAL_POINTS = {
+    "hex8": (-_GAUSS, _GAUSS),
+    "hex8-reduced": (0.0,),
+    "hex8-incompatible": (-_GAUSS, _GAUSS),
+    "hex27": tuple(np.polynomial.legendre.leggauss(3)[0]),
+}
 
 CENTRE = np.array([[*corner, level] for level in (-1.0, 1.0) for corner in _CORNERS]) / 8.0
 """Rates of the trilinear shape functions at the centre, shape [8, 3]."""
@@ -42,6 +48,11 @@ def names() -> list[str]:
     return list(_AXIAL_POINTS)
 
 
+def order(name: str) -> int:
+    """Order of an element: 2 has nodes on edges, faces and inside, and spans two slices."""
+    return 2 if name == "hex27" else 1
+
+
 def make_formulation(name: str, quads: np.ndarray, height: float) -> Formulation:
     """Tables for quadrilaterals extruded along z.
 
@@ -51,13 +62,18 @@ def make_formulation(name: str, quads: np.ndarray, height: float) -> Formulation
     such element needs a section that moves rigidly, so that none is left in a rod. `hex8-incompatible` has full
     integration, linear pressure and nine incompatible modes: bending without parasitic shear, like C3D8IH.
 
+    `hex27` is quadratic with discontinuous linear pressure (Q2/P1), functions of position rather than of the reference
+    coordinates (Arnold, Boffi and Falk 2002), and 3 x 3 x 3 points.
+
     Args:
         name: see `names`.
-        quads: corner coordinates [mm], counter-clockwise, shape [quads, 4, 2].
-        height: slice length [mm].
+        quads: node coordinates [mm], shape [quads, 4 or 9, 2].
+        height: length along the rod [mm].
     """
     if name not in _AXIAL_POINTS:
         raise InputError("unknown element", key="rods.mesh.element", found=name, expected=", ".join(names()))
+    if name == "hex27":
+        return _quadratic(quads, height)
     axial = _AXIAL_POINTS[name]
     count, points = quads.shape[0], 4 * len(axial)
     grads = np.empty((count, points, 8, 3))
@@ -92,6 +108,29 @@ def make_formulation(name: str, quads: np.ndarray, height: float) -> Formulation
         psi = linear_modes(where, weights)
         return Formulation(grads, weights, shapes, psi, psi[..., 1:], CENTRE)
     return plain(grads, weights, shapes, np.ones((count, points, 1)))
+
+
+def _quadratic(quads: np.ndarray, height: float) -> Formulation:
+    line, share = np.polynomial.legendre.leggauss(3)
+    at = np.array([(x, y) for y in line for x in line])
+    flat, rate = biquadratic(at)
+    jacobian = np.einsum("qai,pak->qpik", quads, rate)
+    in_plane = np.einsum("pak,qpki->qpai", rate, np.linalg.inv(jacobian))
+    area = np.linalg.det(jacobian) * np.outer(share, share).ravel()
+    levels = np.stack([0.5 * line * (line - 1), 1 - line * line, 0.5 * line * (line + 1)], axis=1)
+    slopes = np.stack([line - 0.5, -2 * line, line + 0.5], axis=1) * 2.0 / height
+    count = len(quads)
+    grads = np.empty((count, 3, 9, 3, 9, 3))
+    grads[..., :2] = np.einsum("qpai,zl->qzplai", in_plane, levels)
+    grads[..., 2] = np.einsum("pa,zl->zpla", flat, slopes)
+    weights = np.einsum("qp,z->qzp", area, 0.5 * height * share).reshape(count, 27)
+    shapes = np.einsum("pa,zl->zpla", flat, levels).reshape(27, 27)
+    place = np.einsum("qai,pa->qpi", quads, flat)
+    place = (place - quads[:, None, 8]) / np.sqrt(area.sum(axis=1))[:, None, None]
+    psi = np.ones((count, 3, 9, 4))
+    psi[..., 1:3] = place[:, None]
+    psi[..., 3] = line[:, None]
+    return plain(grads.reshape(count, 27, 27, 3), weights, shapes, psi.reshape(count, 27, 4))
 
 
 def plain(grads: np.ndarray, weights: np.ndarray, shapes: np.ndarray, psi: np.ndarray) -> Formulation:

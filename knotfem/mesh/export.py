@@ -20,7 +20,7 @@ BULK, CORE, LOADING_END, FREE_END, SIDE = range(1, 6)
 
 
 def export(mesh: RodMesh, path: str | Path, nodes: FloatArray | None = None) -> None:
-    """Write a rod as a mesh file of the kind that the suffix names.
+    """Write a rod as a mesh file of the kind that the suffix names, quadratic hexahedra cut in eight.
 
     The hexahedra are the group `bulk` and the trusses the group `core`. Beside them
     - `.msh` (Gmsh 2.2) has the surface groups `loading_end`, `free_end` and `side`;
@@ -59,10 +59,10 @@ def export(mesh: RodMesh, path: str | Path, nodes: FloatArray | None = None) -> 
 def _gmsh(mesh: RodMesh, points: FloatArray, path: Path) -> None:
     import meshio
 
-    surface, q = mesh.surface, len(mesh.section.quads)
+    surface, q = mesh.surface, len(mesh.faces)
     sides = len(surface) - 2 * q
     groups = [
-        ("hexahedron", mesh.hexes, BULK),
+        ("hexahedron", mesh.bricks, BULK),
         ("line", mesh.core, CORE),
         ("quad", surface[sides : sides + q], LOADING_END),
         ("quad", surface[sides + q :], FREE_END),
@@ -82,10 +82,10 @@ def _gmsh(mesh: RodMesh, points: FloatArray, path: Path) -> None:
 def _vtu(mesh: RodMesh, points: FloatArray, path: Path) -> None:
     import meshio
 
-    parts: list[ArrayLike] = [np.full(len(mesh.hexes), BULK), np.full(len(mesh.core), CORE)]
+    parts: list[ArrayLike] = [np.full(len(mesh.bricks), BULK), np.full(len(mesh.core), CORE)]
     meshio.Mesh(
         points,
-        [("hexahedron", mesh.hexes), ("line", mesh.core)],
+        [("hexahedron", mesh.bricks), ("line", mesh.core)],
         point_data={"arclength": mesh.nodes[:, 2]},
         cell_data={"part": parts},
     ).write(path, file_format="vtu")
@@ -97,13 +97,13 @@ def _abaqus(mesh: RodMesh, points: FloatArray, path: Path) -> None:
     none = np.empty(0, dtype=np.int64)
     rod = meshio.Mesh(
         points,
-        [("hexahedron", mesh.hexes), ("line", mesh.core)],
+        [("hexahedron", mesh.bricks), ("line", mesh.core)],
         point_sets={
             "loading_end": mesh.section_nodes[0],
             "free_end": mesh.section_nodes[-1],
             "axis": mesh.axis_nodes,
         },
-        cell_sets={"bulk": [np.arange(len(mesh.hexes)), none], "core": [none, np.arange(len(mesh.core))]},
+        cell_sets={"bulk": [np.arange(len(mesh.bricks)), none], "core": [none, np.arange(len(mesh.core))]},
     )
     _name_elements(rod, "C3D8H", "T3D2")
     meshio.abaqus.write(path, rod, translate_cell_names=False)

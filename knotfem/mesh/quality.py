@@ -58,14 +58,14 @@ def to_skfem(mesh: RodMesh, nodes: FloatArray | None = None) -> MeshHex:
     order = [corner[tuple(x)] for x in np.asarray(ElementHex1.refdom.p, dtype=np.float64).T]
     return MeshHex(
         np.ascontiguousarray((mesh.nodes if nodes is None else nodes).T),
-        np.ascontiguousarray(mesh.hexes[:, order].T),
+        np.ascontiguousarray(mesh.bricks[:, order].T),
         sort_t=False,
         validate=False,
     )
 
 
 def report(mesh: RodMesh, nodes: FloatArray | None = None) -> QualityReport:
-    """Measure the hexahedra of a rod.
+    """Measure the hexahedra of a rod, quadratic ones as the eight bricks of their nodes.
 
     Args:
         mesh: the rod.

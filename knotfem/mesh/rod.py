@@ -14,6 +14,10 @@ from knotfem.mesh.section import Section, scale_for_bending
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+_CUT_QUAD = np.array([[0, 4, 8, 7], [4, 1, 5, 8], [8, 5, 2, 6], [7, 8, 6, 3]])
+_CUT = np.concatenate([np.hstack([9 * k + _CUT_QUAD, 9 * (k + 1) + _CUT_QUAD]) for k in (0, 1)])
+_VTK_27 = np.array([0, 1, 2, 3, 18, 19, 20, 21, 4, 5, 6, 7, 22, 23, 24, 25, 9, 10, 11, 12, 16, 14, 13, 15, 8, 26, 17])
+
 
 @dataclass(frozen=True, eq=False)
 class RodMesh:
@@ -24,8 +28,9 @@ class RodMesh:
 
     Attributes:
         nodes: reference positions in mm, shape ((n + 1) m, 3).
-        hexes: nodes of each hexahedron, bottom face counter-clockwise seen from +z, then the top face (the order of
-            VTK, Abaqus and Gmsh), slice after slice, shape (n q, 8).
+        hexes: nodes of each hexahedron, level after level: bottom face counter-clockwise seen from +z, then the top
+            face (the order of VTK, Abaqus and Gmsh), slice after slice, shape (n q, 8). Quadratic ones span two
+            slices and have three levels of nine nodes, shape (n q / 2, 27).
         core: truss edges between neighbouring axis nodes, shape (n, 2).
         slices: number of slices n.
         section: the unit cross-section.
@@ -52,6 +57,34 @@ class RodMesh:
         return self.length / self.slices
 
     @property
+    def span(self) -> int:
+        """Slices that a hexahedron spans."""
+        return self.section.order
+
+    @property
+    def layers(self) -> IntArray:
+        """Nodes of each hexahedron, layer after layer, shape (n / span, q, 8 or 27)."""
+        return self.hexes.reshape(self.slices // self.span, len(self.section.quads), -1)
+
+    @property
+    def cells(self) -> IntArray:
+        """Hexahedra in the order of VTK, shape (E, 8) or (E, 27)."""
+        return self.hexes if self.span == 1 else self.hexes[:, _VTK_27]
+
+    @property
+    def bricks(self) -> IntArray:
+        """The hexahedra, or the eight that each quadratic one is cut into, in VTK order, shape (E, 8)."""
+        if self.span == 1:
+            return self.hexes
+        return self.hexes[:, _CUT].reshape(-1, 8)
+
+    @property
+    def faces(self) -> IntArray:
+        """Quadrilaterals of the section, or the four that each of nine nodes is cut into, shape (q, 4)."""
+        quads = self.section.quads
+        return quads if self.span == 1 else quads[:, _CUT_QUAD].reshape(-1, 4)
+
+    @property
     def section_nodes(self) -> IntArray:
         """Nodes of each section, shape (n + 1, m)."""
         return np.arange(len(self.nodes)).reshape(self.slices + 1, -1)
@@ -72,8 +105,8 @@ class RodMesh:
         ring = self.ring_nodes
         ahead = np.roll(ring, -1, axis=1)
         side = np.stack([ring[:-1], ahead[:-1], ahead[1:], ring[1:]], axis=-1).reshape(-1, 4)
-        last = self.section.quads + self.section_nodes[-1, 0]
-        return np.concatenate([side, self.section.quads[:, ::-1], last])
+        last = self.faces + self.section_nodes[-1, 0]
+        return np.concatenate([side, self.faces[:, ::-1], last])
 
 
 def extrude(section: Section, radius: float, length: float, slices: int, *, match_bending: bool = True) -> RodMesh:
@@ -83,7 +116,7 @@ def extrude(section: Section, radius: float, length: float, slices: int, *, matc
         section: the unit cross-section; its x and y become the directions d1 and d2.
         radius: radius of the rod in mm.
         length: length of the rod in mm.
-        slices: number of slices of equal length.
+        slices: number of slices of equal length, even for sections of nine-node quadrilaterals.
         match_bending: move the boundary nodes outwards until the facetted section's second moment is the circle's
             pi r^4 / 4; otherwise the nodes lie on the circle itself.
 
@@ -97,14 +130,19 @@ def extrude(section: Section, radius: float, length: float, slices: int, *, matc
             )
     if slices < 1:
         raise InputError("a rod has at least one slice", key="slices", found=slices, expected="a positive whole number")
-    m = len(section.points)
+    if slices % section.order:
+        raise InputError(
+            "quadratic elements span two slices each", key="slices", found=slices, expected="an even number"
+        )
+    m, span = len(section.points), section.order
     node_scale = scale_for_bending(section) if match_bending else 1.0
     nodes = np.empty((slices + 1, m, 3))
     nodes[:, :, :2] = radius * node_scale * section.points
     nodes[:, :, 2] = np.linspace(0.0, length, slices + 1)[:, None]
-    first = m * np.arange(slices)
-    bottom = first[:, None, None] + section.quads
-    hexes = np.concatenate([bottom, bottom + m], axis=-1).reshape(-1, 8)
-    start = section.axis + first
+    bottom = m * np.arange(0, slices, span)[:, None, None] + section.quads
+    levels = [bottom + level * m for level in range(span + 1)]
+    hexes = np.concatenate(levels, axis=-1)
+    hexes = hexes.reshape(-1, hexes.shape[-1])
+    start = section.axis + m * np.arange(slices)
     core = np.column_stack([start, start + m])
     return RodMesh(nodes.reshape(-1, 3), hexes, core, slices, section, float(radius), node_scale)

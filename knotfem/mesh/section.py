@@ -22,7 +22,8 @@ class Section:
 
     Attributes:
         points: node positions in units of the node radius, shape (m, 2).
-        quads: nodes of each quadrilateral, counter-clockwise, shape (q, 4).
+        quads: nodes of each quadrilateral, shape (q, 4): corners, counter-clockwise; or (q, 9): the corners, the
+            middles of the edges from each corner to the next, and the centre.
         axis: the node at the origin.
         ring: boundary nodes, counter-clockwise at equal angles, the first at angle 0, shape (k,).
     """
@@ -34,8 +35,13 @@ class Section:
 
     @property
     def sides(self) -> int:
-        """Number of facets of the boundary."""
+        """Number of nodes of the boundary."""
         return len(self.ring)
+
+    @property
+    def order(self) -> int:
+        """Order of the quadrilaterals: 1 of four nodes, 2 of nine."""
+        return 1 if self.quads.shape[1] == 4 else 2
 
 
 @dataclass(frozen=True)
@@ -160,7 +166,11 @@ def write_section(section: Section, path: str | Path) -> None:
 
 
 def area(section: Section) -> float:
-    """Area of the facetted unit section (pi for the circle)."""
+    """Area of the unit section as its elements fill it (pi for the circle)."""
+    if section.order == 2:
+        from knotfem.mesh.quadratic import moments
+
+        return moments(section)[0]
     x, y = section.points[section.ring].T
     return float(0.5 * np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
 
@@ -170,6 +180,10 @@ def second_moments(section: Section) -> tuple[float, float, float]:
 
     The circle has pi/4, pi/4, 0.
     """
+    if section.order == 2:
+        from knotfem.mesh.quadratic import moments
+
+        return moments(section)[1:]
     x0, y0 = section.points[section.ring].T
     x1, y1 = np.roll(x0, -1), np.roll(y0, -1)
     cross = x0 * y1 - x1 * y0

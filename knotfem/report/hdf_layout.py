@@ -12,8 +12,8 @@ from knotfem.report.frames import Frame
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-_CELL_TYPES = {8: 12, 4: 9}
-"""VTK's number of the cell with so many points: hexahedron, quadrilateral."""
+_CELL_TYPES = {8: 12, 27: 29, 4: 9}
+"""VTK's number of the cell with so many points: hexahedron, triquadratic hexahedron, quadrilateral."""
 _PACKED: dict[str, Any] = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
 
 
@@ -23,7 +23,7 @@ def write_mesh(file: Any, reference: FloatArray, cells: IntArray) -> None:
     Args:
         file: an empty h5py file.
         reference: positions from which displacements count, in mm, shape (N, 3).
-        cells: points of each cell in VTK order, shape (E, 8) for hexahedra, (E, 4) for quadrilaterals.
+        cells: points of each cell in VTK order, shape (E, 8) or (E, 27) for hexahedra, (E, 4) for quadrilaterals.
     """
     import h5py
 

@@ -75,7 +75,7 @@ def boundary(points: FloatArray, hexes: IntArray, values: FloatArray | None = No
 
     Args:
         points: positions in mm, shape (N, 3).
-        hexes: nodes of each hexahedron in VTK order, shape (E, 8).
+        hexes: nodes of each hexahedron in VTK order, shape (E, 8) or (E, 27).
         values: scalar on the nodes, shape (N,).
     """
     faces = hexes[:, _FACES].reshape(-1, 4)
@@ -89,11 +89,11 @@ def on_nodes(hexes: IntArray, values: FloatArray, nodes: int) -> FloatArray:
     """Mean over the hexahedra around each node of values on hexahedra; zero at a node of none.
 
     Args:
-        hexes: nodes of each hexahedron, shape (E, 8).
+        hexes: nodes of each hexahedron, shape (E, 8) or (E, 27).
         values: one a hexahedron, shape (E,).
         nodes: number of nodes.
     """
-    total = np.bincount(hexes.ravel(), weights=np.repeat(values, 8), minlength=nodes)
+    total = np.bincount(hexes.ravel(), weights=np.repeat(values, hexes.shape[1]), minlength=nodes)
     return total / np.maximum(np.bincount(hexes.ravel(), minlength=nodes), 1)
 
 

@@ -16,7 +16,8 @@ from knotfem.centerline.curve import interpolate, read_centerline
 from knotfem.centerline.resample import equal_chords
 from knotfem.centerline.smoothing import laplacian
 from knotfem.effects.elasticity import Elasticity
-from knotfem.effects.formulation import lumped_mass, make_formulation
+from knotfem.effects.formulation import lumped_mass, make_formulation, order
+from knotfem.mesh.quadratic import five, quadratic
 from knotfem.mesh.rod import RodMesh, extrude
 from knotfem.mesh.section import Section, read_section
 from knotfem.scene.model import Scene
@@ -74,7 +75,7 @@ class RodBody:
     @property
     def axial_stiffness(self) -> float:
         """EA of bulk and core [N]."""
-        area = float(self.bulk.formulation.weights.sum()) / self.mesh.element_length
+        area = float(self.bulk.formulation.weights.sum()) / (self.mesh.span * self.mesh.element_length)
         return self.scene.material.youngs_modulus * area + (self.core.axial_stiffness if self.core else 0.0)
 
     def lumped(self, density: float) -> np.ndarray:
@@ -87,12 +88,11 @@ class RodBody:
 
     def end_weights(self) -> np.ndarray:
         """Share of each node of an end section in a force that stretches bulk and core alike, summing to one."""
-        quads, points = self.mesh.section.quads, self.section_points
-        weights = np.zeros(len(points))
-        corner = points[quads]
-        across, along = corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1]
-        area = 0.5 * np.abs(across[:, 0] * along[:, 1] - across[:, 1] * along[:, 0])
-        np.add.at(weights, quads, np.repeat(area[:, None] / 4.0, 4, axis=1))
+        first = self.bulk.elements[:1] - self.first
+        weights = lumped_mass(first, self.bulk.formulation, 1.0, len(self.mesh.nodes))[: len(self.section_points)]
+        weights *= float(self.bulk.formulation.weights.sum()) / (
+            self.mesh.span * self.mesh.element_length * weights.sum()
+        )
         weights *= self.scene.material.youngs_modulus
         if self.core is not None:
             weights[self.mesh.section.axis] += self.core.axial_stiffness
@@ -192,6 +192,22 @@ def place(points: np.ndarray, rod: Rod) -> np.ndarray:
     return turn.apply(points) + np.array(rod.origin)
 
 
+def shipped_section(elements: int, degree: int) -> Section:
+    """A ready-made cross-section.
+
+    Args:
+        elements: number of quadrilaterals.
+        degree: 1 for quadrilaterals of four nodes, 2 of nine.
+
+    Raises:
+        InputError: no such section.
+    """
+    if degree == 2 and elements == 5:
+        return five()
+    section = read_section(shipped.section_path(elements))
+    return section if degree == 1 else quadratic(section)
+
+
 def mesh_of(rod: Rod, section: Section | None = None) -> RodMesh:
     """Hexahedra and truss of a rod, straight.
 
@@ -202,7 +218,11 @@ def mesh_of(rod: Rod, section: Section | None = None) -> RodMesh:
     Raises:
         InputError: no such section.
     """
-    section = read_section(shipped.section_path(rod.mesh.section_elements)) if section is None else section
+    degree = order(rod.mesh.element)
+    if section is None:
+        section = shipped_section(rod.mesh.section_elements, degree)
+    elif section.order < degree:
+        section = quadratic(section)
     return extrude(section, 0.5 * rod.diameter, rod.length, rod.slices, match_bending=rod.mesh.match_bending_stiffness)
 
 
@@ -220,10 +240,10 @@ def build_body(scene: Scene, section: Section | None = None) -> Body:
     first = 0
     for rod in scene.rods:
         mesh = mesh_of(rod, section)
-        quads, slices = mesh.section.quads, mesh.slices
+        slices = mesh.slices
         points = mesh.nodes[: len(mesh.section.points), :2]
-        form = make_formulation(rod.mesh.element, points[quads], mesh.element_length)
-        elements = mesh.hexes.reshape(slices, len(quads), -1) + first
+        form = make_formulation(rod.mesh.element, points[mesh.section.quads], mesh.span * mesh.element_length)
+        elements = mesh.layers + first
         material = rod.material
         bulk = Elasticity(elements, form, material.shear_modulus, material.bulk_modulus)
         core = None

@@ -36,10 +36,13 @@ def fields(model: Model, x: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str
         stress.append(np.stack([cauchy[:, i, j] for i, j in VOIGT], axis=1))
         strain.append(state.largest_principal_strain.ravel())
         pressure.append(-np.trace(cauchy, axis1=1, axis2=2) / 3.0)
-        axial = np.einsum("sqgik,qg->sqik", state.first_piola, state.weights)[..., 2] / rod.mesh.element_length
-        edge = np.diff(x[rod.axis_nodes], axis=0)
+        axial = np.einsum("sqgik,qg->sqik", state.first_piola, state.weights)[..., 2]
+        axial /= rod.mesh.span * rod.mesh.element_length
+        edge = np.diff(x[rod.axis_nodes[:: rod.mesh.span]], axis=0)
         edge /= np.linalg.norm(edge, axis=1)[:, None]
-        force = np.einsum("sqi,si->s", axial, edge) + (rod.core.force if rod.core is not None else 0.0)
+        force = np.einsum("sqi,si->s", axial, edge) + (
+            rod.core.force.reshape(-1, rod.mesh.span).mean(axis=1) if rod.core is not None else 0.0
+        )
         tension.append(np.repeat(force, rod.bulk.elements.shape[1]))
     points = {"contact_pressure": contact_pressure(model, x)}
     cells = {

@@ -74,7 +74,7 @@ class Solid(Simulation):
         number = np.concatenate([np.full(len(rod.mesh.nodes), float(i)) for i, rod in enumerate(rods)])
         return SeriesMesh(
             np.concatenate([rod.mesh.nodes for rod in rods]),
-            np.concatenate([rod.mesh.hexes + rod.first for rod in rods]),
+            np.concatenate([rod.mesh.cells + rod.first for rod in rods]),
             {"arclength": np.concatenate([rod.mesh.nodes[:, 2] for rod in rods]), "rod": number},
         )
 

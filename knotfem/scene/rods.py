@@ -99,7 +99,7 @@ class RodMesh(Table):
 
     Attributes:
         section_elements: quadrilaterals of the cross-section.
-        element_length: slice length along the rod [mm], rounded so that slices divide the rod.
+        element_length: of a hexahedron along the rod [mm], rounded so that they divide the rod.
         element: formulation.
         match_bending_stiffness: scale the facetted section so that its bending stiffness is the circle's.
     """
@@ -147,8 +147,10 @@ class Rod(Table):
 
     @property
     def slices(self) -> int:
-        """Slices of hexahedra along the rod."""
-        return round(self.length / self.mesh.element_length)
+        """Intervals between cross-sections; quadratic hexahedra span two."""
+        from knotfem.effects.formulation import order
+
+        return order(self.mesh.element) * round(self.length / self.mesh.element_length)
 
     @model_validator(mode="after")
     def _check_proportions(self) -> Self:

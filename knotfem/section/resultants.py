@@ -72,56 +72,75 @@ def resultants(x: np.ndarray, section_nodes: np.ndarray, axis: int, bulk: Elasti
     state = stress_state(x, bulk)
     weighted = state.first_piola * state.weights[None, :, :, None, None]
     nodal = bulk.nodal_forces(x, weighted)
-    across = _across_sections(nodal, bulk.elements, section_nodes)
+    force, moment = _carried(x, nodal, bulk.elements, centre)
     axial = np.zeros(section_nodes.shape[0])
     if core is not None:
         edge = np.diff(centre, axis=0)
         edge /= np.linalg.norm(edge, axis=1)[:, None]
         pull = _to_sections(core.force[:, None] * edge)
-        across[:, axis] += pull
+        force += pull
         axial = np.einsum("ni,ni->n", pull, tangent)
-    arm = x[section_nodes] - centre[:, None]
-    planes = _plane_forces(weighted, bulk)
+    planes = _plane_forces(weighted, bulk, len(centre))
     return Resultants(
-        across.sum(axis=1),
-        np.cross(arm, across).sum(axis=1),
+        force,
+        moment,
         tangent,
         axial,
         np.einsum("ni,ni->n", planes, tangent),
     )
 
 
-def _across_sections(nodal: np.ndarray, elements: np.ndarray, section_nodes: np.ndarray) -> np.ndarray:
-    """Force carried to the nodes of each section from behind, shape [sections, nodes a section, 3].
+def _carried(
+    x: np.ndarray, nodal: np.ndarray, elements: np.ndarray, centre: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Force from behind and its moment about the centre of each section, shapes [sections, 3].
 
-    The mean of what the slice behind exerts and of what the slice before must be given; at the ends there is one.
+    At the border of layers the mean of what the layer behind exerts and of what the one before must be given, at the
+    ends one of them; half-way through a layer half the difference of what its faces are given.
     """
-    slices, half = elements.shape[0], elements.shape[2] // 2
-    behind = np.zeros((slices, section_nodes.shape[1], 3))
-    before = np.zeros_like(behind)
-    for layer in range(slices):
-        np.add.at(behind[layer], elements[layer, :, :half] - section_nodes[layer, 0], -nodal[layer, :, :half])
-        np.add.at(before[layer], elements[layer, :, half:] - section_nodes[layer + 1, 0], nodal[layer, :, half:])
-    return np.concatenate([behind[:1], 0.5 * (behind[1:] + before[:-1]), before[-1:]])
+    layers, _, count = elements.shape
+    span = (len(centre) - 1) // layers
+    face = count // (span + 1)
+    low, high = nodal[:, :, :face].reshape(layers, -1, 3), nodal[:, :, -face:].reshape(layers, -1, 3)
+    x_low = x[elements[:, :, :face]].reshape(layers, -1, 3)
+    x_high = x[elements[:, :, -face:]].reshape(layers, -1, 3)
+
+    def at(place: np.ndarray, of_low: float, of_high: float) -> np.ndarray:
+        force = of_high * high.sum(axis=1) - of_low * low.sum(axis=1)
+        moment = of_high * np.cross(x_high - place[:, None], high).sum(axis=1)
+        moment -= of_low * np.cross(x_low - place[:, None], low).sum(axis=1)
+        return np.concatenate([force, moment], axis=1)
+
+    behind, before = at(centre[:-1:span], 1.0, 0.0), at(centre[span::span], 0.0, 1.0)
+    found = np.empty((len(centre), 6))
+    found[::span] = np.concatenate([behind[:1], 0.5 * (behind[1:] + before[:-1]), before[-1:]])
+    if span == 2:
+        found[1::2] = at(centre[1::2], 0.5, 0.5)
+    return found[:, :3], found[:, 3:]
 
 
-def _plane_forces(weighted: np.ndarray, bulk: Elasticity) -> np.ndarray:
+def _plane_forces(weighted: np.ndarray, bulk: Elasticity, sections: int) -> np.ndarray:
     """Integral of P e_z over planes of integration points, taken to the sections, shape [sections, 3]."""
-    points = weighted.shape[2]
-    planes = max(1, points // 4)
-    per_plane = weighted[..., 2].reshape(*weighted.shape[:2], planes, points // planes, 3).sum(axis=(1, 3))
-    height = _height(bulk)
-    force = per_plane * planes / height
-    if planes == 1:
-        return _to_sections(force[:, 0])
-    between = 0.5 * (force[1:, 0] + force[:-1, -1])
-    return np.concatenate([force[:1, 0], between, force[-1:, -1]])
+    layers, _, points = weighted.shape[:3]
+    span = (sections - 1) // layers
+    across = 4 if span == 1 else 9
+    thickness = bulk.formulation.weights.reshape(-1, points // across, across).sum(axis=(0, 2))
+    area = thickness.sum() / _height(bulk)
+    per_plane = weighted[..., 2].reshape(*weighted.shape[:2], points // across, across, 3).sum(axis=(1, 3))
+    force = per_plane * (area / thickness)[:, None]
+    found = np.empty((sections, 3))
+    found[::span] = np.concatenate([force[:1, 0], 0.5 * (force[1:, 0] + force[:-1, -1]), force[-1:, -1]])
+    if span == 2:
+        found[1::2] = force[:, 1]
+    return found
 
 
 def _height(bulk: Elasticity) -> float:
-    """Slice length: one over the axial gradient of the sum of the far nodes' shape functions."""
-    half = bulk.elements.shape[2] // 2
-    return float(1.0 / bulk.formulation.grads[0, 0, half:, 2].sum())
+    """Length of a layer: two over the axial gradient of its reference coordinate."""
+    count = bulk.elements.shape[2]
+    levels = count // (4 if count == 8 else 9)
+    level = np.repeat(np.linspace(-1.0, 1.0, levels), count // levels)
+    return float(2.0 / (bulk.formulation.grads[0, 0, :, 2] @ level))
 
 
 def _to_sections(per_slice: np.ndarray) -> np.ndarray:

@@ -11,8 +11,9 @@ import numpy as np
 from knotfem import shipped
 from knotfem.effects.core import Core
 from knotfem.effects.elasticity import Elasticity
-from knotfem.effects.formulation import lumped_mass, make_formulation
+from knotfem.effects.formulation import lumped_mass, make_formulation, order
 from knotfem.effects.tube import Samples, Tubes, make_samples, make_tubes
+from knotfem.mesh.quadratic import five, quadratic
 from knotfem.mesh.rod import RodMesh, extrude
 from knotfem.mesh.section import Section, read_section
 from knotfem.solver.effect import Effect, Motion, StepStart
@@ -30,6 +31,13 @@ DENSITY = 1.16e-9
 @cache
 def shipped_section(elements: int) -> Section:
     return read_section(shipped.section_path(elements))
+
+
+def section_of(elements: int, order: int) -> Section:
+    """A shipped section, or one of nine-node quadrilaterals."""
+    if order == 1:
+        return shipped_section(elements)
+    return five() if elements == 5 else quadratic(shipped_section(elements))
 
 
 def moduli(youngs: float, poisson: float) -> tuple[float, float]:
@@ -84,7 +92,7 @@ class Rod:
     @property
     def area(self) -> float:
         """Of the facetted section [mm^2]."""
-        return float(self.bulk.formulation.weights.sum()) / self.mesh.element_length
+        return float(self.bulk.formulation.weights.sum()) / (self.mesh.span * self.mesh.element_length)
 
     @property
     def youngs(self) -> float:
@@ -95,7 +103,7 @@ class Rod:
     @property
     def end_weights(self) -> np.ndarray:
         """Share of each node of a section in a uniform traction."""
-        share = lumped_mass(self.bulk.elements[:1] - self.first, self.bulk.formulation, 1.0, len(self.points) * 2)
+        share = lumped_mass(self.bulk.elements[:1] - self.first, self.bulk.formulation, 1.0, len(self.mesh.nodes))
         share = share[: len(self.points)]
         return share / share.sum()
 
@@ -119,11 +127,11 @@ def make_rod(
     first: int = 0,
     match_bending: bool = True,
 ) -> Rod:
-    shape = shipped_section(section) if isinstance(section, int) else section
+    shape = section_of(section, order(element)) if isinstance(section, int) else section
     mesh = extrude(shape, radius, length, slices, match_bending=match_bending)
     points = mesh.nodes[: len(shape.points), :2]
-    form = make_formulation(element, points[shape.quads], mesh.element_length)
-    elements = mesh.hexes.reshape(slices, len(shape.quads), 8) + first
+    form = make_formulation(element, points[shape.quads], mesh.span * mesh.element_length)
+    elements = mesh.layers + first
     core = Core(mesh.core + first, mesh.element_length, core_stiffness) if core_stiffness > 0.0 else None
     bending = youngs * np.pi * radius**4 / 4.0
     return Rod(mesh, first, Elasticity(elements, form, *moduli(youngs, poisson)), core, density, bending)

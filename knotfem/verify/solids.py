@@ -132,7 +132,7 @@ def cook(cells: int, tip: float) -> list[Quantity]:
     return [Quantity("tip", float(x[i[-1, -1], 1] - 60.0), tip, 0.005)]
 
 
-_ELEMENTS = ("hex8-reduced", "hex8", "hex8-incompatible")
+_ELEMENTS = ("hex8-reduced", "hex8", "hex8-incompatible", "hex27")
 
 CASES = [
     *(

@@ -8,7 +8,7 @@ from knotfem.effects.elasticity import Elasticity
 from knotfem.effects.stress import stress_state
 from knotfem.verify.solids import CORNERS, bricks
 
-ELEMENTS = ["hex8", "hex8-reduced", "hex8-incompatible"]
+ELEMENTS = ["hex8", "hex8-reduced", "hex8-incompatible", "hex27"]
 
 
 def settle(bulk: Elasticity, x: np.ndarray) -> None:
@@ -126,8 +126,8 @@ def test_frame_indifference(element):
 
 @pytest.mark.parametrize("element", ELEMENTS)
 def test_rigid_motion_is_free_of_force_and_energy(element):
-    bulk = make_rod(6.0, 4, element=element).bulk
-    x = make_rod(6.0, 4).mesh.nodes @ rotation().T + 5.0
+    rod = make_rod(6.0, 4, element=element)
+    bulk, x = rod.bulk, rod.mesh.nodes @ rotation().T + 5.0
     assert np.abs(residual([bulk], x)).max() < 1e-10
     settle(bulk, x)
     assert abs(bulk.energy(x)) < 1e-12
@@ -148,14 +148,14 @@ def test_energy_gradient_is_the_residual(element):
 @pytest.mark.parametrize("element", ELEMENTS)
 @pytest.mark.parametrize("poisson", [0.3, 0.4999])
 def test_homogeneous_strain_has_the_closed_form_energy_and_stress(element, poisson):
-    rod = make_rod(5.0, 3, element=element, poisson=poisson, youngs=1.4)
+    rod = make_rod(5.0, 4, element=element, poisson=poisson, youngs=1.4)
     bulk = rod.bulk
     G, kappa = moduli(1.4, poisson)
     F = np.eye(3) + 0.15 * np.random.default_rng(2).standard_normal((3, 3))
     x = rod.mesh.nodes @ F.T
     settle(bulk, x)
     J = np.linalg.det(F)
-    volume = 3 * bulk.formulation.weights.sum()
+    volume = len(bulk.elements) * bulk.formulation.weights.sum()
     density = 0.5 * G * (J ** (-2 / 3) * np.sum(F * F) - 3.0) + 0.5 * kappa * (J - 1.0) ** 2
     assert bulk.energy(x) == pytest.approx(volume * density, rel=1e-12)
     b = F @ F.T
@@ -245,3 +245,19 @@ def test_incompatible_modes_add_no_hourglass_in_compression_or_tension(proportio
         values = np.linalg.eigvalsh(tangent([bulk], X * [across, across, stretch]))
         unstable.append(np.count_nonzero(values < -1e-9 * values[-1]))
     assert unstable[1] <= unstable[0]
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_mirror_image_carries_the_mirror_forces(element):
+    rod = make_rod(6.0, 4, element=element)
+    x = rod.mesh.nodes + 0.02 * np.random.default_rng(9).standard_normal(rod.mesh.nodes.shape)
+    points = rod.points * [-1.0, 1.0]
+    partner = np.argmin(np.linalg.norm(points[:, None] - rod.points, axis=2), axis=1)
+    number = rod.sections[:, partner].ravel()
+    flip = np.array([-1.0, 1.0, 1.0])
+    settle(rod.bulk, x)
+    f = residual([rod.bulk], x)
+    y = x[number] * flip
+    other = make_rod(6.0, 4, element=element).bulk
+    settle(other, y)
+    np.testing.assert_allclose(residual([other], y), f[number] * flip, atol=1e-8 * np.abs(f).max())

@@ -20,7 +20,7 @@ def test_gradients_reproduce_linear_fields_and_weights_the_volume(element):
     np.testing.assert_allclose(form.shapes.sum(axis=1), 1.0)
 
 
-@pytest.mark.parametrize("element", ["hex8", "hex8-reduced", "hex8-incompatible"])
+@pytest.mark.parametrize("element", ["hex8", "hex8-reduced", "hex8-incompatible", "hex27"])
 def test_only_rigid_motions_are_free(element):
     rod = make_rod(4.0, 2, element=element)
     values = np.linalg.eigvalsh(tangent([rod.bulk], rod.mesh.nodes))
@@ -28,7 +28,25 @@ def test_only_rigid_motions_are_free(element):
     assert values[6] > 1e-6 * values[-1]
 
 
+@pytest.mark.parametrize("elements", [4, 5, 12])
+def test_quadratic_tables_reproduce_quadratic_fields_and_masses_are_positive(elements):
+    rod = make_rod(6.0, 4, section=elements, element="hex27")
+    form, X = rod.bulk.formulation, rod.mesh.nodes
+    H = np.random.default_rng(3).standard_normal((3, 3))
+    inner = X[rod.bulk.elements[0]]
+    np.testing.assert_allclose(
+        np.einsum("qai,qgak->qgik", inner, form.grads), np.broadcast_to(np.eye(3), (elements, 27, 3, 3)), atol=1e-12
+    )
+    if elements == 5:
+        middle = inner[:1]
+        place = np.einsum("ga,qai->qgi", form.shapes, middle)
+        found = np.einsum("qa,qgak->qgk", np.einsum("qai,ij,qaj->qa", middle, H, middle), form.grads[:1])
+        np.testing.assert_allclose(found, place @ (H + H.T), atol=1e-11)
+    assert rod.mass.min() > 0.0
+    assert rod.mass.sum() == pytest.approx(rod.density * rod.area * 6.0)
+
+
 def test_unknown_names_are_refused():
-    assert names() == ["hex8", "hex8-reduced", "hex8-incompatible"]
+    assert names() == ["hex8", "hex8-reduced", "hex8-incompatible", "hex27"]
     with pytest.raises(InputError, match="hex20"):
         make_formulation("hex20", np.zeros((1, 4, 2)), 1.0)

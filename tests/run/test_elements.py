@@ -1,0 +1,41 @@
+"""Elements that a scene can ask for, from the scene to the state that is drawn."""
+
+import numpy as np
+import pytest
+
+from knotfem import shipped
+from knotfem.errors import InputError
+from knotfem.report.frames import read_frame, read_mesh
+from knotfem.report.vtkhdf import VtkHdfSeries
+from knotfem.run.solid import Solid
+from knotfem.scene.load import load_scene
+
+BENT = ("rods.0.length=60 mm", "rods.0.mesh.element_length=6 mm", "tie.path=direct", "solver.threads=1")
+
+
+def solid(element: str, section: int) -> Solid:
+    overrides = (*BENT, f"rods.0.mesh.element={element}", f"rods.0.mesh.section_elements={section}")
+    return Solid(load_scene(shipped.scene_path("cantilever"), overrides))
+
+
+@pytest.mark.parametrize(("element", "section"), [("hex8-incompatible", 12), ("hex27", 5), ("hex27", 12)])
+def test_a_scene_is_tied_and_drawn(element, section, tmp_path):
+    model = solid(element, section)
+    *_, last = model.mapping(model.paths(), "auto")
+    assert last.solved
+    assert last.smallest_j > 0.9
+    (rod,) = model.rods
+    assert rod.mesh.slices == (20 if element == "hex27" else 10)
+    fields = model.fields(last.x)
+    mesh = model.series_mesh()
+    series = VtkHdfSeries.create(tmp_path / "results.vtkhdf", mesh.reference, mesh.cells)
+    series.append(0.0, last.x, point_data=fields.point_data, cell_data=fields.cell_data)
+    _, cells = read_mesh(tmp_path / "results.vtkhdf")
+    np.testing.assert_array_equal(cells, rod.mesh.cells)
+    assert len(read_frame(tmp_path / "results.vtkhdf").cell_data["tension"]) == len(rod.mesh.hexes)
+    assert rod.end_weights().min() > 0.0
+
+
+def test_five_quadrilaterals_are_for_quadratic_elements_only():
+    with pytest.raises(InputError, match="no ready-made cross-section"):
+        solid("hex8", 5)
