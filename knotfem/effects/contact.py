@@ -113,7 +113,7 @@ class Contact(Effect):
         sample_points(x + dx, self.samples.nodes, self.samples.weights, points)
         kernels.project_pairs(x + dx, self.tubes.arrays, points, self.pairs, uv, gap)
         near = np.isfinite(gap) & np.isfinite(self.gap)
-        closing = (np.maximum(self.gap, 0.0) - gap)[near]
+        closing = np.maximum(self.gap[near], 0.0) - gap[near]
         limit = PREDICTED_CLOSING_OVER_RADIUS * float(self.tubes.radius.min())
         return min(1.0, limit / float(closing.max())) if closing.size and closing.max() > limit else 1.0
 

@@ -90,11 +90,11 @@ class Account:
         self._viscous = [effect.name for effect in model.effects if effect.viscous]
         self.energies = Energies()
         self.end_forces: dict[str, list[float]] = {}
-        self._forces: dict[str, np.ndarray] | None = None
+        self._forces: dict[str, np.ndarray] = {}
 
     def open(self, x: np.ndarray, v: np.ndarray, *, anew: bool) -> None:
         """A step is about to march from x, shape [nodes, 3]; `anew` starts the account there."""
-        self._forces = None
+        self._forces = self._static_forces(x)
         if anew:
             self.energies = Energies()
             self._store(x, v)
@@ -114,10 +114,15 @@ class Account:
         return self._balance(step, forces, sum(forces.values(), np.zeros_like(x)), x, origin)
 
     def _book(self, step: StepSystem, start: StepStart, x: np.ndarray, v: np.ndarray) -> dict[str, np.ndarray]:
-        """Book works and energies; returns the residual of each effect."""
+        """Book works and energies; returns the residual of each effect.
+
+        All works are by the trapezoidal rule. The scheme balances inertia against forces weighted otherwise, at the end
+        of the step in backward Euler; the work of the difference is what the time integration takes, at an end that was
+        let go too. Loads and resistances have no value where a scene's step begins: that after a first step is taken.
+        """
         system, e = step.system, self.energies
         forces = system.forces(x)
-        before = self._forces or forces
+        before = {**forces, **self._forces}
         dx = x - start.motion.x
         fixed = system.fixed
 
@@ -136,8 +141,20 @@ class Account:
             if effect.viscous:
                 e.taken_by[effect.name] = e.taken_by.get(effect.name, 0.0) + work(effect.name)
         self._store(x, v)
-        e.numerical += work("inertia") - (e.kinetic - kinetic)
+        inertia, inertia_before = (f.get("inertia", nothing) for f in (forces, before))
+        others = (total - inertia) - (total_before - inertia_before)
+        mean = 0.5 * (inertia + inertia_before)
+        balancing = np.where(fixed, mean, inertia + (0.5 - self.model.scheme.alpha_f) * others)
+        e.numerical += float(np.sum(balancing * dx)) - (e.kinetic - kinetic)
         self._forces = forces
+        return forces
+
+    def _static_forces(self, x: np.ndarray) -> dict[str, np.ndarray]:
+        """Residuals that depend on positions alone, by name, shapes [nodes, 3]."""
+        forces: dict[str, np.ndarray] = {}
+        for effect in self.model.effects:
+            if not effect.viscous and effect.name != "inertia":
+                effect.assemble(x, forces.setdefault(effect.name, np.zeros_like(x)), None)
         return forces
 
     def _store(self, x: np.ndarray, v: np.ndarray) -> None:

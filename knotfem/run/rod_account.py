@@ -38,6 +38,9 @@ class RodAccount(Account):
             e.numerical += float(np.sum(mean * (x - start.motion.x))) - (e.kinetic - kinetic)
         return forces
 
+    def _static_forces(self, x: np.ndarray) -> dict[str, np.ndarray]:
+        return {}
+
     def _store(self, x: np.ndarray, v: np.ndarray) -> None:
         e, stored = self.energies, self._rod.ledger.energies
         e.elastic, e.gravity, e.kinetic = stored.elastic, stored.gravity, stored.kinetic
