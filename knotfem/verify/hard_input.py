@@ -51,7 +51,7 @@ def _drawn(small: bool) -> Sequence[Quantity]:
 
 def _smoothed(small: bool) -> Sequence[Quantity]:
     """The rule: an overlap that only the smoothing has made is a warning; contact then separates the strands."""
-    scene = hard_scene("overlap", small=small)
+    scene = hard_scene("overlap", ("rods.0.smoothing.iterations=7",) if small else (), small=small)
     body = build_body(scene)
     overlap = (
         1.0 - strand_clearance(body.rods[0].target.points, scene.rods[0].diameter).distance / scene.rods[0].diameter

@@ -79,7 +79,12 @@ def capstan_exponent(friction: float, rod_radius: float, cylinder_radius: float)
 
 
 def _rough_capstan(*, small: bool) -> Sequence[Quantity]:
-    short = ("steps.2.displacement=3 mm", "output.every_displacement=3 mm")
+    short = (
+        "steps.2.displacement=3 mm",
+        "output.every_displacement=3 mm",
+        "tie.increments=10",
+        "rods.0.mesh.element_length=2.5 mm",
+    )
     scene = hard_scene("capstan-rough", short if small else (), small=small)
     found = run(scene)
     last = found.tension["time_s"] == found.tension["time_s"][-1]
