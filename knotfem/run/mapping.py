@@ -22,6 +22,8 @@ from knotfem.tie import CentrelinePath, swept_state
 LOOSE = 0.1
 """Tolerance [N] of increments on the way, which only show that the solid can follow; the last is solved to the scene's
 own."""
+PATIENCE = 3
+"""Times the iterations of a step: an increment cannot be tried again with a shorter one."""
 
 
 @dataclass(frozen=True)
@@ -97,9 +99,9 @@ def _balance(body: Body, system: System, x: np.ndarray, tolerance: float) -> tup
     settings = NewtonSettings(
         force_tolerance=tolerance,
         resultant_tolerance=100.0 * tolerance,
-        max_iterations=body.scene.solver.max_iterations,
-        largest_move=10.0 * diameter,
-        endgame_move=diameter,
+        max_iterations=PATIENCE * body.scene.solver.max_iterations,
+        largest_move=0.25 * diameter,
+        endgame_move=0.025 * diameter,
     )
     return solve(system, x, start, settings, body.sections)
 
