@@ -53,6 +53,14 @@ class Elasticity(Effect):
         self._expanded: np.ndarray | None = None
         self.smallest_j = 1.0
 
+    @property
+    def layer_height(self) -> float:
+        """Length of a hexahedron along the rod [mm]: two over the axial gradient of its reference coordinate."""
+        count = self.elements.shape[2]
+        levels = 2 if count == 8 else 3
+        level = np.repeat(np.linspace(-1.0, 1.0, levels), count // levels)
+        return float(2.0 / (self.formulation.grads[0, 0, :, 2] @ level))
+
     def forget(self) -> None:
         """Set pressures and modes back to those of an unstressed rod; the next solve finds them anew."""
         self.pressure[:] = 0.0

@@ -1,7 +1,7 @@
 """Forces and moments carried across the cross-sections of a rod.
 
-Two independent ways: nodal forces that the elements on either side of a section exert on its nodes, summed (the
-paper's Section 5.1), and stresses integrated over the planes of integration points next to it.
+Two ways: nodal forces that the elements on either side of a section exert on its nodes, summed (the paper's Section
+5.1), and stresses integrated across the slices next to it.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knotfem.effects.elasticity import Elasticity
-from knotfem.effects.stress import stress_state
+from knotfem.effects.stress import middle_forces, stress_state
 
 if TYPE_CHECKING:
     from knotfem.effects.core import Core
@@ -80,13 +80,13 @@ def resultants(x: np.ndarray, section_nodes: np.ndarray, axis: int, bulk: Elasti
         pull = _to_sections(core.force[:, None] * edge)
         force += pull
         axial = np.einsum("ni,ni->n", pull, tangent)
-    planes = _plane_forces(weighted, bulk, len(centre))
+    integral = _stress_integral(x, weighted, bulk, len(centre))
     return Resultants(
         force,
         moment,
         tangent,
         axial,
-        np.einsum("ni,ni->n", planes, tangent),
+        np.einsum("ni,ni->n", integral, tangent),
     )
 
 
@@ -119,28 +119,21 @@ def _carried(
     return found[:, :3], found[:, 3:]
 
 
-def _plane_forces(weighted: np.ndarray, bulk: Elasticity, sections: int) -> np.ndarray:
-    """Integral of P e_z over planes of integration points, taken to the sections, shape [sections, 3]."""
+def _stress_integral(x: np.ndarray, weighted: np.ndarray, bulk: Elasticity, sections: int) -> np.ndarray:
+    """Integral of the bulk's stress, taken to the sections, shape [sections, 3].
+
+    Of eight-node hexahedra across the middle of each slice; of quadratic ones over the planes of integration points.
+    """
     layers, _, points = weighted.shape[:3]
-    span = (sections - 1) // layers
-    across = 4 if span == 1 else 9
-    thickness = bulk.formulation.weights.reshape(-1, points // across, across).sum(axis=(0, 2))
-    area = thickness.sum() / _height(bulk)
-    per_plane = weighted[..., 2].reshape(*weighted.shape[:2], points // across, across, 3).sum(axis=(1, 3))
-    force = per_plane * (area / thickness)[:, None]
+    if layers == sections - 1:
+        return _to_sections(middle_forces(x, bulk))
+    planes = weighted[..., 2].reshape(*weighted.shape[:2], points // 9, 9, 3).sum(axis=(1, 3))
+    thickness = bulk.formulation.weights.reshape(-1, points // 9, 9).sum(axis=(0, 2))
+    force = planes * (thickness.sum() / bulk.layer_height / thickness)[:, None]
     found = np.empty((sections, 3))
-    found[::span] = np.concatenate([force[:1, 0], 0.5 * (force[1:, 0] + force[:-1, -1]), force[-1:, -1]])
-    if span == 2:
-        found[1::2] = force[:, 1]
+    found[::2] = np.concatenate([force[:1, 0], 0.5 * (force[1:, 0] + force[:-1, -1]), force[-1:, -1]])
+    found[1::2] = force[:, 1]
     return found
-
-
-def _height(bulk: Elasticity) -> float:
-    """Length of a layer: two over the axial gradient of its reference coordinate."""
-    count = bulk.elements.shape[2]
-    levels = count // (4 if count == 8 else 9)
-    level = np.repeat(np.linspace(-1.0, 1.0, levels), count // levels)
-    return float(2.0 / (bulk.formulation.grads[0, 0, :, 2] @ level))
 
 
 def _to_sections(per_slice: np.ndarray) -> np.ndarray:
