@@ -16,6 +16,8 @@ BASE = "base"
 """Name of the rung that is the scene as it is; every ladder passes through it."""
 SECTIONS = (4, 12, 28, 48, 108)
 """Cross-sections of the ladders; 12, 48 and 108 are each other's refinements."""
+QUADRATIC = ((5, 4.0), (5, 2.0), (12, 4.0))
+"""Elements of the cross-section and slices, in units of the scene's own, of quadratic elements."""
 SIZES = {
     "slice": (2.0, 1.5, 0.75, 0.5),
     "step": (2.0, 0.25, 0.125, 0.0625),
@@ -150,7 +152,7 @@ def _uniform(scene: Scene) -> list[Rung]:
 
 
 def _elements(scene: Scene) -> list[Rung]:
-    """Every other element on the scene's mesh, and all on a coarser one."""
+    """Every other element on the scene's mesh and all on a coarser one; quadratic ones on meshes of far fewer."""
     own = scene.rods[0].mesh
     coarser = [n for n in SECTIONS if n < own.section_elements]
     rungs = []
@@ -158,10 +160,10 @@ def _elements(scene: Scene) -> list[Rung]:
         chosen = tuple(f"rods.{i}.mesh.element={name}" for i, _ in _numbered(scene))
         if name != own.element:
             rungs.append(Rung(f"element-{name}", "element", name, None, chosen))
-        if coarser:
-            overrides = (*chosen, *_section(scene, coarser[-1]).overrides, *_slice(scene, 2.0))
-            setting = f"{name}, {coarser[-1]} elements, slices x 2"
-            rungs.append(Rung(f"element-{name}-coarse", "element", setting, None, overrides))
+        for count, size in QUADRATIC if formulation.order(name) == 2 else [(n, 2.0) for n in coarser[-1:]]:
+            overrides = (*chosen, *_section(scene, count).overrides, *_slice(scene, size))
+            setting = f"{name}, {count} elements, slices x {size:g}"
+            rungs.append(Rung(f"element-{name}-{count}-x{size:g}", "element", setting, None, overrides))
     return rungs
 
 
