@@ -17,12 +17,16 @@ from knotfem.centerline.measures import (
     curvature,
     cylinder_clearance,
     strand_clearance,
+    turning_angles,
 )
 from knotfem.centerline.points import FEWEST_POINTS, Array, as_points
 from knotfem.errors import InputError
 
 LARGEST_CURVATURE = 1.6
 """Curvature x diameter. At 2 the inner fibre has no length left, 1.18 has been tied; 1.6 leaves it a fifth."""
+
+LARGEST_TURN = 0.85
+"""Angle between neighbouring edges [rad]: there an edge is 3 % shorter than its arc, and the mapping begins to fail."""
 
 CLOSE = 1.05
 """Strands closer than this, in diameters, after smoothing are worth a warning."""
@@ -68,7 +72,8 @@ def check_centerline(
 
     Raises:
         InputError: not finite, too few or repeated points; closed; bent more sharply than curvature x diameter = 1.6;
-            crossing itself or overlapping at the rod's diameter; a knot changed by the smoothing; inside an obstacle.
+            turning by more than 0.85 rad from edge to edge; crossing itself or overlapping at the rod's diameter; a knot
+            changed by the smoothing; inside an obstacle.
     """
     if not (np.isfinite(diameter) and diameter > 0.0):
         raise InputError("rod diameter is not positive", file=file, found=diameter, expected="above 0 mm")
@@ -77,6 +82,7 @@ def check_centerline(
     drawn = x if unsmoothed is None else as_points(unsmoothed, fewest=FEWEST_POINTS, file=file)
     _check_strands(drawn, diameter, file)
     _check_curvature(x, diameter, file)
+    _check_turns(x, file)
     for number, obstacle in enumerate(obstacles, start=1):
         _check_obstacle(x, diameter, obstacle, number, file)
     return [] if unsmoothed is None else _smoothing_warnings(drawn, x, diameter, file)
@@ -96,6 +102,16 @@ def _check_curvature(x: Array, diameter: float, file: str | Path | None) -> None
         arc = arclength(x)
         problem = f"the curve bends too sharply to be meshed at s/L = {arc[i] / arc[-1]:.3f} (curvature x diameter)"
         raise InputError(problem, file=file, found=f"{sharpness[i]:.3g}", expected=f"at most {LARGEST_CURVATURE}")
+
+
+def _check_turns(x: Array, file: str | Path | None) -> None:
+    turns = turning_angles(x)
+    i = int(np.argmax(turns)) + 1
+    if turns[i - 1] > LARGEST_TURN:
+        arc = arclength(x)
+        problem = f"edges are too long to follow the curve at s/L = {arc[i] / arc[-1]:.3f} (angle between two of them)"
+        expected = f"at most {LARGEST_TURN} rad; take shorter elements or smooth the curve"
+        raise InputError(problem, file=file, found=f"{turns[i - 1]:.3g} rad", expected=expected)
 
 
 def _check_strands(x: Array, diameter: float, file: str | Path | None) -> None:

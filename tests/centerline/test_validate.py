@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from knotfem.centerline.curve import interpolate
 from knotfem.centerline.resample import equal_chords
 from knotfem.centerline.smoothing import laplacian
-from knotfem.centerline.validate import LARGEST_CURVATURE, Cylinder, check_centerline
+from knotfem.centerline.validate import LARGEST_CURVATURE, LARGEST_TURN, Cylinder, check_centerline
 from knotfem.errors import InputError
 
 Array = NDArray[np.float64]
@@ -72,6 +72,15 @@ def test_curvature_limit(sharpness: float, legal: bool) -> None:
         assert check_centerline(bend, 1.0) == []
     else:
         assert "bends too sharply to be meshed at s/L = " in refusal(bend)
+
+
+@pytest.mark.parametrize(("turn", "legal"), [(LARGEST_TURN - 0.01, True), (LARGEST_TURN + 0.01, False)])
+def test_limit_of_the_turn_from_edge_to_edge(turn: float, legal: bool) -> None:
+    bend = circle_arc(1.0, 4.0 * turn, 5)
+    if legal:
+        assert check_centerline(bend, 0.5) == []
+    else:
+        assert "edges are too long to follow the curve at s/L = " in refusal(bend, 0.5)
 
 
 def test_refuses_a_rod_that_overlaps_or_crosses_itself(shipped: Callable[[str], Array]) -> None:
