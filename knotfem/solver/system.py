@@ -159,6 +159,10 @@ class System:
             matrix.add_diagonal(np.repeat(shift * self.shift_weights, self.width))
         self.clock.run("constrain", matrix.constrain, self.fixed.ravel())
         self._factorise(matrix)
+        return self.resolve(rhs)
+
+    def resolve(self, rhs: np.ndarray) -> np.ndarray:
+        """Solve with the last factorisation, zero at prescribed unknowns; shapes as in `solve`."""
         masked = np.where(self.fixed, 0.0, rhs)
         return self.clock.run("solve", self.solver.solve, masked.ravel()).reshape(rhs.shape)
 

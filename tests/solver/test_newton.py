@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from specimens import make_rod
@@ -52,6 +54,18 @@ def test_converges_quadratically():
     order = np.log(errors[last] / errors[last - 1]) / np.log(errors[last - 1] / errors[last - 2])
     assert last < 9
     assert order > 1.8
+
+
+def test_last_iteration_takes_the_factorisation_before_it_again(spring, push):
+    settings = NewtonSettings(force_tolerance=1e-5, resultant_tolerance=1e-4)
+    system, start = pulled(spring, push, 1.0, cubic=1e-4)
+    x, took = solve(system, start.motion.x, start, settings, ONE)
+    assert x[0, 0] == pytest.approx(0.9999, abs=1e-6)
+    assert took.residual < 1e-5
+    assert system.factorisations == took.count - 1
+    far, start = pulled(spring, push, 10.0)
+    _, took = solve(far, start.motion.x, start, replace(settings, force_tolerance=1e-13), ONE)
+    assert far.factorisations == took.count
 
 
 def test_largest_residual_and_running_sum():
