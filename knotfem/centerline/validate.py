@@ -72,8 +72,8 @@ def check_centerline(
 
     Raises:
         InputError: not finite, too few or repeated points; closed; bent more sharply than curvature x diameter = 1.6;
-            turning by more than 0.85 rad from edge to edge; crossing itself or overlapping at the rod's diameter; a knot
-            changed by the smoothing; inside an obstacle.
+            turning by more than 0.85 rad from edge to edge; crossing itself or overlapping at the rod's diameter; a
+            knot changed by the smoothing; inside an obstacle.
     """
     if not (np.isfinite(diameter) and diameter > 0.0):
         raise InputError("rod diameter is not positive", file=file, found=diameter, expected="above 0 mm")
