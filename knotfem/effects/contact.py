@@ -14,7 +14,7 @@ from knotfem.effects import contact_kernels as kernels
 from knotfem.effects.penalty import Penalty
 from knotfem.effects.search import find_pairs, match_pairs
 from knotfem.effects.tube import Samples, Tubes, sample_points
-from knotfem.solver.effect import Arrays, Effect
+from knotfem.solver.effect import Arrays, Effect, longest_move
 from knotfem.solver.sparsity import Matrix
 
 SEARCH_GAP_OVER_RADIUS = 0.3
@@ -77,7 +77,7 @@ class Contact(Effect):
 
     def update(self, x: np.ndarray) -> None:
         sample_points(x, self.samples.nodes, self.samples.weights, self.points)
-        if self._searched.shape != x.shape or np.abs(x - self._searched).max() > self._stale_move:
+        if self._searched.shape != x.shape or longest_move(x - self._searched) > self._stale_move:
             self.search(x)
         self.project(x)
 

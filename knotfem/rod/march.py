@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from knotfem.solver.effect import StepStart
+from knotfem.solver.effect import StepStart, longest_move
 from knotfem.solver.march import March
 from knotfem.solver.newton import Iterations, StepFailed
 
@@ -18,7 +18,7 @@ class RodMarch(March):
 
     def _attempt(self, start: StepStart) -> tuple[np.ndarray, Iterations]:
         x, took = super()._attempt(start)
-        moved = float(np.abs(x - self.progress.motion.x).max())
+        moved = longest_move(x - self.progress.motion.x)
         if moved > MOST_MOVE * self.control.move and start.dt > self.control.smallest:
             raise StepFailed(f"a node moved by {moved:.3g} mm in one step")
         return x, took

@@ -35,6 +35,16 @@ class Motion:
         return Motion(self.x.copy(), self.v.copy(), self.a.copy(), self.time)
 
 
+def longest_move(dx: np.ndarray) -> float:
+    """Length of the longest move of a node, whichever way it points; of what else a node carries the largest change.
+
+    Args:
+        dx: shape [nodes, width], the first three along x, y, z.
+    """
+    move = float(np.sqrt(np.einsum("ni,ni->n", dx[:, :3], dx[:, :3]).max()))
+    return max(move, float(np.abs(dx[:, 3:]).max(initial=0.0)))
+
+
 @dataclass(frozen=True)
 class StepStart:
     """The accepted state a time step sets out from, and its length."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from knotfem.errors import KnotfemError, NotConverged
 from knotfem.solver import newton
-from knotfem.solver.effect import Motion, StepStart
+from knotfem.solver.effect import Motion, StepStart, longest_move
 from knotfem.solver.newton import Iterations, NewtonSettings, StepFailed
 from knotfem.solver.system import System
 
@@ -155,7 +155,7 @@ class March:
         p.motion, p.shift = motion, took.shift
         p.steps += 1
         p.iterations += took.count
-        p.dt = self._next(dt, took.count, float(np.abs(p.increment).max()), failed)
+        p.dt = self._next(dt, took.count, longest_move(p.increment), failed)
         return Accepted(start, motion, took, failed, time.perf_counter() - began, arrived)
 
     def _attempt(self, start: StepStart) -> tuple[np.ndarray, Iterations]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knotfem.errors import NotConverged
-from knotfem.solver.effect import StepStart
+from knotfem.solver.effect import StepStart, longest_move
 from knotfem.solver.linear import SingularMatrixError
 from knotfem.solver.system import System
 
@@ -137,7 +137,7 @@ def _direction(system, matrix, residual, gap, lifted, settings, took) -> np.ndar
     if lifted:
         rhs = rhs - matrix.multiply(gap.ravel()).reshape(gap.shape)
     values = matrix.data.copy()
-    limit = settings.largest_move + 2.0 * float(np.abs(gap).max())
+    limit = settings.largest_move + 2.0 * longest_move(gap)
     while True:
         try:
             du = system.solve(matrix, took.shift, rhs)
@@ -146,7 +146,7 @@ def _direction(system, matrix, residual, gap, lifted, settings, took) -> np.ndar
                 raise StepFailed(str(error)) from error
             du = None
         if du is not None:
-            move = float(np.abs(du).max())
+            move = longest_move(du)
             if move <= limit:
                 return du + gap
             if took.shift >= settings.shift_cap:
@@ -157,7 +157,7 @@ def _direction(system, matrix, residual, gap, lifted, settings, took) -> np.ndar
 
 def _fraction(system, x, du, residual, lifted, settings, took) -> float:
     """Armijo line search on the merit; the shift follows how it went."""
-    move = float(np.abs(du).max())
+    move = longest_move(du)
     if lifted or move < settings.endgame_move:
         took.shift = 0.0 if took.shift < settings.shift_start else 0.25 * took.shift
         return 1.0

@@ -10,7 +10,7 @@ from knotfem.effects.inertia import Drag, Inertia
 from knotfem.effects.load import driven
 from knotfem.effects.penalty import Penalty
 from knotfem.errors import NotConverged, Stopped
-from knotfem.solver.effect import Motion
+from knotfem.solver.effect import Motion, longest_move
 from knotfem.solver.linear import make_solver
 from knotfem.solver.march import March, Progress, StepControl
 from knotfem.solver.newton import NewtonSettings
@@ -178,3 +178,11 @@ def test_a_step_that_is_interrupted_has_not_begun():
         pass
     assert resumed.progress.motion.x.tobytes() == whole.progress.motion.x.tobytes()
     assert resumed.progress.iterations == whole.progress.iterations
+
+
+def test_longest_move_does_not_depend_on_the_axes() -> None:
+    turn = np.array([[0.36, 0.48, -0.80], [-0.80, 0.60, 0.0], [0.48, 0.64, 0.60]])
+    dx = np.array([[3.0, 4.0, 0.0], [0.0, 4.5, 0.0]])
+    assert longest_move(dx) == pytest.approx(5.0)
+    assert longest_move(dx @ turn.T) == pytest.approx(5.0)
+    assert longest_move(np.array([[0.3, 0.4, 0.0, -2.0]])) == 2.0
