@@ -23,7 +23,6 @@ from knotfem.rod.frames import Clamp, Frames
 from knotfem.rod.friction import Friction
 from knotfem.rod.layout import RodLayout, make_layout
 from knotfem.rod.ledger import Ledger
-from knotfem.rod.march import RodMarch
 from knotfem.rod.mass import lumped_mass
 from knotfem.rod.spec import ContactSpec, CylinderSpec, RodSpec, twist_free_directors
 from knotfem.rod.stretch import MERIT_STIFFNESS_OVER_BENDING, Stretch
@@ -31,7 +30,7 @@ from knotfem.rod.system import RodSystem
 from knotfem.rod.twist import Twist
 from knotfem.solver.effect import Effect, Motion
 from knotfem.solver.linear import make_solver
-from knotfem.solver.march import Accepted, Progress, StepControl
+from knotfem.solver.march import Accepted, March, Progress, StepControl
 from knotfem.solver.newton import NewtonSettings
 from knotfem.solver.schemes import BackwardEuler, Scheme
 from knotfem.solver.system import Prescribed
@@ -229,7 +228,7 @@ class RodModel:
     def march(self, control: StepControl, settings: NewtonSettings, stops: Sequence[float]) -> Iterator[Accepted]:
         """Steps of the present phase, each booked in the ledger, until the last of the times `stops` [s]."""
         assert self.system is not None, "begin a phase before marching"
-        march = RodMarch(self.system, self.progress, control, settings, self.layout.sections, np.asarray(stops, float))
+        march = March(self.system, self.progress, control, settings, self.layout.sections, np.asarray(stops, float))
         for accepted in march:
             self.ledger.book(self.system, self.frames, accepted.start, accepted.motion.x, accepted.motion.v)
             yield accepted

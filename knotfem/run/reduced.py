@@ -10,7 +10,6 @@ import numpy as np
 
 from knotfem.rod.contact_map import ContactMap
 from knotfem.rod.ends import End, EndFrame, clamped, driven, pinned, turned
-from knotfem.rod.march import RodMarch
 from knotfem.rod.model import Side
 from knotfem.run.account import Account
 from knotfem.run.conditions import drag_rate, following_sign, force_history, friction_factor, ramp, turn_angle, unit
@@ -38,8 +37,6 @@ class Reduced(Simulation):
     Attributes:
         rod: rods, contacts and where they are.
     """
-
-    march = RodMarch
 
     def __init__(self, scene: Scene) -> None:
         """Lay the rods into the knot and make the effects.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -14,7 +14,7 @@ from knotfem.scene.model import Scene
 from knotfem.scene.rods import Rod
 from knotfem.scene.steps import Step
 from knotfem.solver.effect import Effect, Motion
-from knotfem.solver.march import March, Progress
+from knotfem.solver.march import Progress
 from knotfem.solver.schemes import Scheme
 from knotfem.tie import CentrelinePath, make_path
 
@@ -86,7 +86,6 @@ class Simulation(ABC):
         dofs: unknowns.
         hexes: hexahedra.
         segments: of discrete rods.
-        march: how it goes on in time.
     """
 
     scene: Scene
@@ -99,7 +98,6 @@ class Simulation(ABC):
     dofs: int
     hexes: int = 0
     segments: int = 0
-    march: Callable[..., March] = March
 
     def named(self, name: str) -> list:
         """All effects of a name."""

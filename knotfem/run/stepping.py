@@ -57,7 +57,7 @@ def march_of(model: Simulation, step: Step, system: System, progress: march.Prog
     stops = began + np.minimum(np.arange(1, count + 1) * every, length)
     smallest = first * 0.4**scene.solver.max_cutbacks
     control = march.StepControl(first=first, smallest=smallest, largest=length, move=move)
-    return model.march(system, progress, control, newton_settings(model), model.sections, stops)
+    return march.March(system, progress, control, newton_settings(model), model.sections, stops)
 
 
 class AtRest:

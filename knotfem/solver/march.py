@@ -17,6 +17,10 @@ from knotfem.solver.effect import Motion, StepStart, longest_move
 from knotfem.solver.newton import Iterations, NewtonSettings, StepFailed
 from knotfem.solver.system import System
 
+MOST_MOVE = 1.5
+"""A step that moves a node further than this many times what is aimed at is taken again, shorter: the work of forces on
+so long a path is all but unknown, and a strand whipped across a thin one would come out on its far side."""
+
 
 @dataclass(frozen=True)
 class StepControl:
@@ -166,7 +170,11 @@ class March:
         if p.increment_dt > 0.0:
             move = p.increment * (start.dt / p.increment_dt)
             x = x + self.system.admissible(x, move) * move
-        return newton.solve(self.system, x, start, self.settings, self.sections, p.shift, self.interrupt)
+        x, took = newton.solve(self.system, x, start, self.settings, self.sections, p.shift, self.interrupt)
+        moved = longest_move(x - p.motion.x)
+        if moved > MOST_MOVE * self.control.move and start.dt > self.control.smallest:
+            raise StepFailed(f"a node moved by {moved:.3g} mm in one step")
+        return x, took
 
     def _length(self, dt: float) -> tuple[float, bool]:
         now = self.progress.motion.time
