@@ -189,7 +189,7 @@ def test_longest_move_does_not_depend_on_the_axes() -> None:
 
 
 def test_step_that_leaps_is_taken_again_shorter(spring, push) -> None:
-    march = point(spring, push, StepControl(0.4, 1e-3, 1.0, move=0.3), stops=(1.0,))
+    march = point(spring, push, StepControl(0.4, 1e-3, 1.0, move=0.35), stops=(1.0,))
     first = next(iter(march))
     assert first.failed == 1
     assert first.motion.x[0, 0] == pytest.approx(3.0 * 0.4 * 0.4)
