@@ -75,6 +75,10 @@ class Outcome:
     tension: dict[str, np.ndarray]
     log: list[dict[str, Any]]
 
+    @property
+    def finished(self) -> bool:
+        return self.ended == "yes"
+
     def quantities(
         self, *, before: str = "", after: str = "", condition: str = "", penetration: float = PENETRATION,
         energy: float = ENERGY,

@@ -57,6 +57,8 @@ def _smoothed(small: bool) -> Sequence[Quantity]:
         1.0 - strand_clearance(body.rods[0].target.points, scene.rods[0].diameter).distance / scene.rods[0].diameter
     )
     found = run(scene)
+    if not found.finished:
+        return found.quantities()
     last = found.tension["time_s"] == found.tension["time_s"][-1]
     centre = np.stack([found.tension[f"{axis}_mm"][last] for axis in "xyz"], axis=1)
     apart = strand_clearance(centre, scene.rods[0].diameter).distance / scene.rods[0].diameter

@@ -35,7 +35,7 @@ def _against_usual(name: str, small: bool) -> Sequence[Quantity]:
     )
     found = run(hard_scene(name, short, small=small))
     promised = 5.0 * PROMISED[name] if small else PROMISED[name]
-    if found.ended != "yes":
+    if not found.finished:
         return [
             Quantity("said to have failed", found.ended, found.ended, kind="equal"),
             *usual.quantities(condition="usual"),
