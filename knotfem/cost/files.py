@@ -7,6 +7,7 @@ from pathlib import Path
 
 from knotfem.cost.errors_of import falling
 from knotfem.cost.ladders import SIZED
+from knotfem.cost.measured import Measured
 from knotfem.cost.quantities import LABELS
 from knotfem.cost.records import record_of
 from knotfem.cost.study import Study
@@ -41,17 +42,23 @@ def plot(study: Study, out: Path) -> None:
     """Draw the error in the main quantity against CPU seconds, ladder by ladder, the Pareto front marked."""
     from knotfem.report.pareto import plot_pareto
 
-    def points(entries) -> list[tuple[float, float]]:
-        found = [(entry.cpu["total"], study.error(entry, study.main)) for entry in entries if entry.done]
+    def points(entries, error) -> list[tuple[float, float]]:
+        found = [(entry.cpu["total"], error(entry)) for entry in entries if entry.done]
         return [(cpu, error) for cpu, error in found if error > 0.0]
 
+    def found_error(entry: Measured) -> float:
+        return study.error(entry, study.main)
+
     ladders = {
-        name: points(falling(entries) if name in SIZED else [entry for entry in entries if entry.rung.ladder == name])
+        name: points(
+            falling(entries) if name in SIZED else [entry for entry in entries if entry.rung.ladder == name],
+            found_error,
+        )
         for name, entries in study.ladders.items()
     }
     plot_pareto(
         ladders,
-        points(study.front),
+        points(study.front, study.trusted),
         out,
         label=LABELS[study.main],
         uncertainty=study.references[study.main][0].uncertainty if study.references[study.main] else 0.0,

@@ -77,6 +77,21 @@ def make_ladders(scene: Scene, names: Sequence[str] = ()) -> dict[str, list[Rung
     return {name: rungs for name, rungs in every.items() if name in (names or every)}
 
 
+def refines(fine: Scene, coarse: Scene) -> bool:
+    """Whether a scene is at least as fine as another in every choice, element and model being the same."""
+    one, other = fine.rods[0].mesh, coarse.rods[0].mesh
+    alike = (fine.model, one.element) == (coarse.model, other.element)
+    return alike and all(a <= b for a, b in zip(_sizes(fine), _sizes(coarse), strict=True))
+
+
+def _sizes(scene: Scene) -> tuple[float, ...]:
+    mesh, contact, solver = scene.rods[0].mesh, scene.contact, scene.solver
+    return (
+        1.0 / mesh.section_elements, mesh.element_length, solver.move_over_diameter, solver.force_tolerance,
+        1.0 / contact.stiffness_over_modulus, contact.sample_spacing_over_diameter, contact.stick_over_diameter,
+    )  # fmt: skip
+
+
 def _ladder(name: str, scene: Scene) -> list[Rung]:
     solid, contact = scene.model == "fem", scene.contact.enabled
     if name == "section":

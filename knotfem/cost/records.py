@@ -26,7 +26,7 @@ class Setting:
 
     Attributes:
         rung: its name.
-        error: relative, in the main quantity.
+        error: relative, in the main quantity, that it is trusted with.
         uncertainty: of the reference it is taken against.
         cpu_s, wall_s, memory_mb: what it took.
         model: "fem" or "rod".
@@ -106,7 +106,7 @@ def record_of(study: Study) -> Record:
     for entry in study.front:
         assert entry.scene is not None, "the front is done"
         cost = (entry.cpu["total"], entry.wall["total"], entry.counts["peak_memory_mb"])
-        figures = (entry.rung.name, study.error(entry, study.main), reference.uncertainty, *cost)
+        figures = (entry.rung.name, study.trusted(entry), reference.uncertainty, *cost)
         settings.append(Setting(*figures, **_dimensionless(entry.scene)))
     diameter = thinnest(study.scene)
     window = sum(step.displacement for step in study.scene.loading_steps if isinstance(step, Pull)) / diameter

@@ -15,7 +15,7 @@ from knotfem.cost.choose import Option, combine
 from knotfem.cost.closed_forms import closed_form
 from knotfem.cost.convergence import Limit, pareto_front
 from knotfem.cost.errors_of import Reference, ladder_limits, references
-from knotfem.cost.ladders import BASE, LADDERS, Rung, base_rung, make_ladders
+from knotfem.cost.ladders import BASE, LADDERS, Rung, base_rung, make_ladders, refines
 from knotfem.cost.measured import Measured, measure
 from knotfem.cost.quantities import main_quantity
 from knotfem.errors import NotConverged, Stopped
@@ -67,19 +67,30 @@ class Study:
         reference = self.references[name][0]
         return Reference(limit.value, reference.scale, 0.0, "").error(entry.quantities[name])
 
+    def trusted(self, entry: Measured) -> float:
+        """Error in the main quantity that a rung is trusted with: the largest among all rungs that refine it.
+
+        Errors of opposite sign can cancel in a coarse rung, which says nothing of another scene. NaN for a rung that
+        is not done, and without a reference.
+        """
+        if entry.scene is None:
+            return float("nan")
+        finer = [one for one in self.measured if one.scene is not None and refines(one.scene, entry.scene)]
+        return max(self.error(one, self.main) for one in finer)
+
     def bound(self, entry: Measured) -> float:
-        """Error in the main quantity with the reference's own uncertainty; NaN where there is none."""
+        """Trusted error in the main quantity with the reference's own uncertainty; NaN where there is none."""
         found = self.references.get(self.main)
-        return self.error(entry, self.main) + found[0].uncertainty if found else float("nan")
+        return self.trusted(entry) + found[0].uncertainty if found else float("nan")
 
     @property
     def front(self) -> list[Measured]:
-        """Rungs that none beats in CPU seconds and error at once; errors below the reference's own are alike."""
+        """Rungs that none beats in CPU seconds and trusted error; errors below the reference's own are alike."""
         done = [entry for entry in self.measured if entry.done]
         cpu = np.array([entry.cpu["total"] for entry in done])
         found = self.references[self.main]
         noise = found[0].uncertainty if found else 0.0
-        errors = np.array([np.maximum(self.error(entry, self.main), noise) for entry in done])
+        errors = np.array([np.maximum(self.trusted(entry), noise) for entry in done])
         return [done[i] for i in pareto_front(cpu, errors)]
 
     def cheapest(self, target: float) -> Measured | None:

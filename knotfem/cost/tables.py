@@ -42,6 +42,7 @@ def csv_columns(study: Study) -> dict[str, np.ndarray]:
             **{name: entry.counts.get(name, float("nan")) for name in COUNTS},
             **{f"{name}_error": study.error(entry, name) for name in study.references},
             **{f"{name}_own_error": study.own_error(entry, name) for name in study.references},
+            "trusted_error": study.trusted(entry),
             "pareto": float(entry.rung.name in front),
         }
         for entry in study.measured
@@ -63,7 +64,7 @@ def recommendations(study: Study) -> list[str]:
             lines.append(f"{target:.0%} in the {label}: no rung is that accurate within the reference's uncertainty")
             continue
         uncertainty = study.references[study.main][0].uncertainty
-        error = f"error {_percent(study.error(entry, study.main))} +- {_percent(uncertainty)} %"
+        error = f"error {_percent(study.trusted(entry))} +- {_percent(uncertainty)} %"
         cost = f"{_duration(entry.wall['total'])} here ({_duration(entry.cpu['total'])} of CPU time)"
         lines.append(f"{target:.0%} in the {label}: {entry.rung.name} ({entry.rung.setting}), {error}, about {cost}")
     missing = [f"{entry.rung.name} ({entry.outcome.state})" for entry in study.measured if not entry.done]
@@ -77,7 +78,7 @@ def _errors(study: Study) -> RenderableType:
     table = _table(
         f"{study.scene.name}: errors in % against the reference",
         ("", "rung", "setting"),
-        (*(SHORT[name] for name in names), f"own {SHORT[study.main]}", "CPU"),
+        (*(SHORT[name] for name in names), f"own {SHORT[study.main]}", "trusted", "CPU"),
         f"* on the Pareto front of CPU seconds and {LABELS[study.main]}",
     )
     front = {entry.rung.name for entry in study.front}
@@ -85,8 +86,9 @@ def _errors(study: Study) -> RenderableType:
         mark = "*" if entry.rung.name in front else ""
         if entry.done:
             errors = [_percent(study.error(entry, name)) for name in names]
-            own, cpu = _percent(study.own_error(entry, study.main)), _duration(entry.cpu["total"])
-            table.add_row(mark, entry.rung.name, entry.rung.setting, *errors, own, cpu)
+            own, trusted = _percent(study.own_error(entry, study.main)), _percent(study.trusted(entry))
+            cpu = _duration(entry.cpu["total"])
+            table.add_row(mark, entry.rung.name, entry.rung.setting, *errors, own, trusted, cpu)
         elif entry.outcome.state != "left out":
             table.add_row(mark, entry.rung.name, _why(entry))
     return table

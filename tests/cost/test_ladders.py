@@ -4,7 +4,7 @@ import itertools
 
 import pytest
 
-from knotfem.cost.ladders import LADDERS, SIZED, base_rung, make_ladders
+from knotfem.cost.ladders import LADDERS, SIZED, base_rung, make_ladders, refines
 from knotfem.errors import InputError
 from knotfem.scene import load_scene
 
@@ -52,6 +52,24 @@ def test_uniform_scales_everything():
     assert fine.solver.force_tolerance == pytest.approx(0.25e-5)
     assert fine.contact.stiffness_over_modulus == 96.0
     assert fine.contact.stick_over_diameter == pytest.approx(1.0 / 120.0)
+
+
+def test_rungs_refine_what_they_are_finer_than():
+    base = load_scene("overhand")
+    ladders = make_ladders(base)
+
+    def scene(ladder, size):
+        (rung,) = [rung for rung in ladders[ladder] if rung.size == size]
+        return load_scene("overhand", rung.overrides)
+
+    assert refines(base, base)
+    assert refines(scene("slice", 0.5), base)
+    assert refines(base, scene("penalty", 2.0))
+    assert refines(scene("uniform", 0.5), scene("slice", 2.0))
+    assert not refines(base, scene("step", 0.125))
+    assert not refines(scene("slice", 0.5), scene("section", 0.5))
+    assert not refines(load_scene("overhand", ["rods.0.mesh.element=hex8"]), base)
+    assert not refines(load_scene("overhand", ["model=rod"]), base)
 
 
 def test_ladders_by_name():

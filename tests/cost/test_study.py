@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -79,6 +80,20 @@ def test_recommendation_is_the_cheapest_within_the_target(study):
                 assert entry.cpu["total"] >= cheapest.cpu["total"]
     assert study.cheapest(0.05) is not None
     assert study.cheapest(1e-6) is None
+
+
+def test_luck_is_not_trusted(study):
+    """A coarse rung that happens upon the reference itself is trusted with the error of the scene that refines it."""
+    truth = study.references["force"][0].value
+    lucky = [
+        replace(entry, quantities={**entry.quantities, "force": truth}) if entry.rung.name == "section-4" else entry
+        for entry in study.measured
+    ]
+    (coarse,) = [entry for entry in lucky if entry.rung.name == "section-4"]
+    changed = replace(study, measured=lucky)
+    assert changed.error(coarse, "force") == 0.0
+    assert changed.trusted(coarse) >= changed.error(study.base, "force") > 0.0
+    assert coarse not in changed.front
 
 
 def test_files(study, folder, tmp_path):
