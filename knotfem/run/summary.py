@@ -152,13 +152,18 @@ class Summary:
             entry["share"] = entry["cpu_s"] / total if total > 0.0 else 0.0
         booked = sum(entry["cpu_s"] for entry in f["effects"].values()) + sum(f["solver_cpu_s"].values())
         f["other_cpu_s"] = total - booked - f["costs"]["output"]["cpu_s"]
-        f["peak_memory_mb"] = max(f["peak_memory_mb"], resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0)
+        self._note_memory()
         f["energies_Nmm"] = energies
         self.run.write_summary(f)
 
     def state(self) -> dict[str, Any]:
         """For a checkpoint."""
+        self._note_memory()
         return {"figures": json.dumps(self.figures)}
+
+    def _note_memory(self) -> None:
+        own = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+        self.figures["peak_memory_mb"] = max(self.figures["peak_memory_mb"], own)
 
     def restore(self, state: dict[str, Any]) -> None:
         """From a checkpoint; what this session's model says of itself stays."""

@@ -75,6 +75,17 @@ def test_what_a_checkpoint_knows_is_not_lost(summary):
     assert later.figures["phases"]["pull"]["wall_s"] > spent
 
 
+def test_memory_of_an_earlier_session_is_remembered(summary, monkeypatch):
+    usage = SimpleNamespace(ru_maxrss=2048.0)
+    monkeypatch.setattr("knotfem.run.summary.resource.getrusage", lambda who: usage)
+    state = summary.state()
+    usage.ru_maxrss = 1024.0
+    later = Summary(summary.run, summary.model)
+    later.restore(state)
+    later.finish({})
+    assert later.run.read_summary()["peak_memory_mb"] == 2.0
+
+
 def test_nothing_is_booked_before_a_phase(summary):
     summary.book()
     assert summary.figures["phases"] == {}
