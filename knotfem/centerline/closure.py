@@ -18,7 +18,11 @@ FAR = 10.0
 """Radius of the sphere on which the ends are joined, over the radius of the rod's own bounding ball."""
 
 
-def close(points: ArrayLike, ends: tuple[EndDirection, EndDirection] = ("tangent", "tangent")) -> Array:
+def close(
+    points: ArrayLike,
+    ends: tuple[EndDirection, EndDirection] = ("tangent", "tangent"),
+    sphere: tuple[Array, float] | None = None,
+) -> Array:
     """Close an open polyline: each end goes straight on to a far sphere, and the two are joined along a great circle.
 
     The joining arc lies outside everything else, so the knot depends on the two directions only. Where an open end lies
@@ -27,6 +31,7 @@ def close(points: ArrayLike, ends: tuple[EndDirection, EndDirection] = ("tangent
     Args:
         points: shape (n, 3), first = loading end.
         ends: directions of the first and the last end.
+        sphere: centre, shape (3,), and radius of the far sphere; None for one round the rod's own middle.
 
     Returns:
         Closed polygon without repetition of its first point, shape (n + m, 3).
@@ -35,8 +40,10 @@ def close(points: ArrayLike, ends: tuple[EndDirection, EndDirection] = ("tangent
         InputError: points that `as_points` refuses, or a direction that is none.
     """
     x = as_points(points)
-    centre = 0.5 * (x.min(axis=0) + x.max(axis=0))
-    radius = FAR * float(np.linalg.norm(x - centre, axis=1).max())
+    if sphere is None:
+        middle = 0.5 * (x.min(axis=0) + x.max(axis=0))
+        sphere = middle, FAR * float(np.linalg.norm(x - middle, axis=1).max())
+    centre, radius = sphere
     first = _far_end(x[0], x[0] - x[1], ends[0], centre, radius)
     last = _far_end(x[-1], x[-1] - x[-2], ends[1], centre, radius)
     return np.vstack([x, _great_circle(last - centre, first - centre) + centre])

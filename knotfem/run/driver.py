@@ -259,16 +259,13 @@ class Driver:
         """Whether a knot has come undone: an error in a step that must hold, of interest besides in a release."""
         if self.knots_before is None or not (step.must_hold or isinstance(step, Release)):
             return False
-        for rod, knot in zip(self.model.rods, self.watch.knots(self.motion.x), strict=True):
-            before = self.knots_before[rod.scene.name]
-            was_tied = before["name"] != "unknot" or any(before["linking"])
-            if was_tied and knot.undone:
-                message = f"{step.name}: the {before['name']} of {rod.scene.name} has come undone"
-                if step.must_hold:
-                    raise KnotLost(message)
-                self.progress.message(message)
-                return True
-        return False
+        message = self.watch.lost(self.knots_before, self.watch.name(self.motion.x))
+        if not message:
+            return False
+        if step.must_hold:
+            raise KnotLost(f"{step.name}: {message}")
+        self.progress.message(f"{step.name}: {message}")
+        return True
 
     def _mark_tied(self) -> None:
         if self.run.checkpoints.named(TIED) is None:

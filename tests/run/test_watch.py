@@ -1,0 +1,70 @@
+"""What is tied into what, and what has come undone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from knotfem.errors import KnotLost
+from knotfem.run import driver
+from knotfem.run.directory import RunDirectory
+from knotfem.run.simulation import make_simulation
+from knotfem.run.watch import KnotWatch
+from knotfem.scene import load_scene
+
+COARSE = ("rods.0.mesh.section_elements=4", "rods.1.mesh.section_elements=4", "output.fields=false")
+
+
+@pytest.mark.parametrize("model", ["fem", "rod"])
+def test_rods_that_come_apart_are_lost(model):
+    simulation = make_simulation(load_scene("sheet-bend", [f"model={model}", *COARSE]))
+    watch = KnotWatch(simulation)
+    x = list(simulation.mapping(simulation.paths(), "auto"))[-1].x
+    before = watch.name(x)
+    assert before["hitch"]["name"] == before["bight"]["name"] == "unknot"
+    assert before["hitch"]["laced"] == {"bight": before["bight"]["laced"]["hitch"]}
+    assert all(before["hitch"]["laced"]["bight"])
+    assert watch.lost(before, before) == ""
+    apart = x.copy()
+    first = len(simulation.centrelines(x)[0])
+    apart[simulation.sections >= first, 0] += 200.0
+    assert watch.lost(before, watch.name(apart)) == "hitch and bight have come apart"
+
+
+@pytest.mark.parametrize(
+    ("before", "now", "apart"),
+    [
+        (("a", "b"), ("", ""), True),
+        (("a", "b"), ("c", ""), False),
+        (("a", "b"), ("", "c"), False),
+        (("a", ""), ("", ""), False),
+    ],
+)
+def test_rods_are_apart_where_both_ways_of_continuing_their_ends_agree(before, now, apart):
+    rod = {"name": "unknot", "linking": []}
+    states = [{"a": {**rod, "laced": {"b": links}}, "b": {**rod, "laced": {"a": links}}} for links in (before, now)]
+    assert (KnotWatch.lost(*states) == "a and b have come apart") == apart
+
+
+@pytest.mark.parametrize(
+    ("before", "now", "said"),
+    [
+        ({"name": "3_1", "linking": [0]}, {"name": "unknot", "linking": [0]}, "the 3_1 of rod has come undone"),
+        ({"name": "unknot", "linking": [1]}, {"name": "unknot", "linking": [0]}, "the hitch of rod has come undone"),
+        ({"name": "3_1", "linking": [0]}, {"name": "4_1", "linking": [0]}, ""),
+        ({"name": "unknot", "linking": [0]}, {"name": "unknot", "linking": [0]}, ""),
+    ],
+)
+def test_what_is_said_of_one_rod(before, now, said):
+    states = [{"rod": {**knot, "laced": {}}} for knot in (before, now)]
+    assert KnotWatch.lost(*states) == said
+
+
+def test_a_slippery_sheet_bend_ends_the_run(tmp_path):
+    scene = load_scene("sheet-bend", ["model=rod", "contact.friction=0.1", *COARSE])
+    run = RunDirectory.create(scene, tmp_path / "run")
+    with pytest.raises(KnotLost, match="hitch and bight have come apart"):
+        driver.pull(scene, run)
+    assert run.read_status()["state"] == "failed"
+    assert set(run.read_summary()["knot_before"]["hitch"]["laced"]) == {"bight"}
+    assert np.isfinite(run.read_summary()["final_force_N"])
