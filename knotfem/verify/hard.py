@@ -122,6 +122,11 @@ def quantities_of(rehearsal: Rehearsal, last: Passed) -> list[Quantity]:
     ]
 
 
+def mesh_of(small: bool) -> str:
+    """What the table of verdicts says of the mesh; the rest is in the scenes."""
+    return "4 hexes a section, h = 5 mm" if small else "12 hexes a section"
+
+
 @contextmanager
 def folder() -> Iterator[Path]:
     """A folder that is gone afterwards."""

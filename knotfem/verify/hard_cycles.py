@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from knotfem.verify.hard import hard_scene, quantities_of, run
+from knotfem.verify.hard import hard_scene, mesh_of, quantities_of, run
 from knotfem.verify.rehearsal import Rehearsal
 from knotfem.verify.verdict import Case, Quantity
 
@@ -20,7 +20,7 @@ STEP = 1e-3
 
 def cases(*, small: bool = False) -> list[Case]:
     """See `hard.hard_cases`."""
-    mesh = "4 hexes a section, h = 5 mm" if small else "12 hexes a section, h = 2.5 mm"
+    mesh = mesh_of(small)
 
     def case(name: str, title: str, measure) -> Case:
         return Case(name, partial(measure, small), title, "hard cases", mesh, slow=not small)

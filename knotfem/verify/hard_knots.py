@@ -8,13 +8,14 @@ from functools import partial
 import numpy as np
 
 from knotfem.scene.steps import Loaded, Release
-from knotfem.verify.hard import Outcome, at, hard_scene, quantities_of, run
+from knotfem.verify.hard import Outcome, at, hard_scene, mesh_of, quantities_of, run
 from knotfem.verify.rehearsal import Rehearsal
 from knotfem.verify.verdict import Case, Quantity
 
 SLIGHT = ("steps.1.displacement=2 mm", "output.every_displacement=1 mm")
 """A pull for small versions."""
-SHORT_CAPSTAN = ("steps.2.displacement=3 mm", "output.every_displacement=3 mm", "tie.increments=4")
+ROUGH = ("contact.friction=1", "obstacles.0.friction=1")
+FRICTIONLESS = ("contact.friction=0", "obstacles.0.friction=0", "steps.1.displacement=5 mm")
 PART_OF_LAW = 0.5
 """Share of the largest tension up to which a capstan's band is looked at: beyond, the rod takes off."""
 ABOVE_BENDING = 5.0
@@ -23,7 +24,7 @@ ABOVE_BENDING = 5.0
 
 def cases(*, small: bool = False) -> list[Case]:
     """See `hard.hard_cases`."""
-    mesh = "4 hexes a section, h = 5 mm" if small else "12 hexes a section, h = 2.5 mm"
+    mesh = mesh_of(small)
 
     def case(name: str, variant: str, title: str, measure: Callable[..., Sequence[Quantity]]) -> Case:
         return Case(name, partial(measure, small=small), title, "hard cases", mesh, variant, slow=not small)
@@ -53,12 +54,14 @@ def _frictionless_overhand(*, small: bool) -> Sequence[Quantity]:
 
 
 def _frictionless_bowline(*, small: bool) -> Sequence[Quantity]:
-    found = run(hard_scene("bowline-frictionless", SLIGHT if small else (), small=small))
+    found = run(
+        hard_scene("end-off-cylinder", FRICTIONLESS, small=True) if small else hard_scene("bowline-frictionless")
+    )
     if not found.finished:
         return found.quantities()
     friction = float(np.abs(found.force["friction_Nmm"]).max())
     return [
-        *found.quantities(before="8_20", after="" if small else "unknot"),
+        *found.quantities(before="unknot" if small else "8_20", after="unknot"),
         Quantity("work of friction, N mm", friction, 0.0, kind="at most"),
     ]
 
@@ -86,7 +89,7 @@ def capstan_exponent(friction: float, rod_radius: float, cylinder_radius: float)
 
 
 def _rough_capstan(*, small: bool) -> Sequence[Quantity]:
-    found = run(hard_scene("capstan-rough", SHORT_CAPSTAN if small else (), small=small))
+    found = run(hard_scene("slip-capstan", ROUGH, small=True) if small else hard_scene("capstan-rough"))
     if not found.finished:
         return found.quantities()
     end = found.scene.steps[-1].ends["rod"].end
@@ -209,7 +212,8 @@ def _slip(*, small: bool) -> Sequence[Quantity]:
 
 
 def _end(*, small: bool) -> Sequence[Quantity]:
-    found = run(hard_scene("end-off-cylinder" if small else "end-slips-out", small=small))
+    short = ("steps.1.displacement=5 mm",)
+    found = run(hard_scene("end-off-cylinder", short, small=True) if small else hard_scene("end-slips-out"))
     if not found.finished:
         return found.quantities()
     left = float(found.force["contacts"][-1])

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 
-from knotfem.verify.hard import Outcome, hard_scene, run
+from knotfem.verify.hard import Outcome, hard_scene, mesh_of, run
 from knotfem.verify.verdict import Case, Quantity
 
 PROMISED = {"large-steps": 0.05, "loose-tolerance": 0.02}
@@ -17,7 +17,7 @@ out-of-balance of 100 times the usual one, 0.01 N along the rod against a force 
 
 def cases(*, small: bool = False) -> list[Case]:
     """See `hard.hard_cases`."""
-    mesh = "4 hexes a section, h = 5 mm" if small else "12 hexes a section, h = 2.5 mm"
+    mesh = mesh_of(small)
     titles = {
         "large-steps": "time step 8 times too large",
         "loose-tolerance": "Newton's tolerance 100 times too loose",
@@ -28,12 +28,18 @@ def cases(*, small: bool = False) -> list[Case]:
     ]
 
 
+def _short(small: bool) -> tuple[str, ...]:
+    return ("steps.1.displacement=2 mm", "output.every_displacement=1 mm") if small else ()
+
+
+@cache
+def _usual(small: bool) -> Outcome:
+    settings = ("solver.move_over_diameter=0.5", "solver.force_tolerance=1e-5 N")
+    return run(hard_scene("large-steps", (*settings, *_short(small)), small=small))
+
+
 def _against_usual(name: str, small: bool) -> Sequence[Quantity]:
-    short = ("steps.1.displacement=2 mm", "output.every_displacement=1 mm") if small else ()
-    usual = run(
-        hard_scene(name, ("solver.move_over_diameter=0.5", "solver.force_tolerance=1e-5 N", *short), small=small)
-    )
-    found = run(hard_scene(name, short, small=small))
+    usual, found = _usual(small), run(hard_scene(name, _short(small), small=small))
     promised = 5.0 * PROMISED[name] if small else PROMISED[name]
     if not found.finished:
         return [

@@ -10,7 +10,7 @@ import numpy as np
 from knotfem.centerline.frames import tangents, twist_of, writhe
 from knotfem.run.build import RodBody
 from knotfem.scene.steps import Turned
-from knotfem.verify.hard import hard_scene, quantities_of
+from knotfem.verify.hard import hard_scene, mesh_of, quantities_of
 from knotfem.verify.rehearsal import Rehearsal
 from knotfem.verify.verdict import Case, Quantity
 
@@ -22,7 +22,7 @@ LINK = 0.01
 
 def cases(*, small: bool = False) -> list[Case]:
     """See `hard.hard_cases`."""
-    mesh = "4 hexes a section, h = 5 mm" if small else "12 hexes a section, h = 2.5 mm"
+    mesh = mesh_of(small)
     title = "turns of twist put in at an end before the pull"
     return [Case("twist", partial(_twist, small), title, "hard cases", mesh, slow=not small)]
 
