@@ -6,12 +6,11 @@ from functools import cache
 
 from knotfem.effects.formulation import order
 from knotfem.run.build import shipped_section
-from knotfem.run.inspect import ITERATIONS_A_MM, MEMORY_MB, SECONDS_AN_ITERATION
+from knotfem.run.inspect import ITERATIONS_A_MM, MEMORY_MB, RELAXING_ITERATIONS, SECONDS_AN_ITERATION
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import Rod
 from knotfem.scene.steps import Pull
 
-TYING_ITERATIONS = 150.0
 OTHER_STEP_ITERATIONS = 200.0
 ITERATIONS_A_STEP = 4.0
 """At the least, of a step that the step limit keeps short."""
@@ -26,9 +25,10 @@ def expected_seconds(scene: Scene) -> float:
     others = sum(not isinstance(step, Pull) for step in scene.loading_steps)
     thinnest = min(rod.diameter for rod in scene.rods)
     short = ITERATIONS_A_STEP * pulled / (scene.solver.move_over_diameter * thinnest)
-    iterations = TYING_ITERATIONS * bool(scene.tying_steps) + max(ITERATIONS_A_MM * pulled, short)
+    iterations = RELAXING_ITERATIONS[scene.model] * bool(scene.tying_steps)
+    iterations += max(ITERATIONS_A_MM[scene.model] * pulled, short)
     iterations += OTHER_STEP_ITERATIONS * others
-    return START_SECONDS + iterations * SECONDS_AN_ITERATION * unknowns(scene)
+    return START_SECONDS + iterations * SECONDS_AN_ITERATION[scene.model] * unknowns(scene)
 
 
 def expected_memory(scene: Scene) -> float:

@@ -15,10 +15,12 @@ from knotfem.solver.effect import Effect
 
 MEMORY_MB = (330.0, 0.021)
 """Memory of a run: in all, and for each unknown; measured on the bowline at 15,000 and 96,000 unknowns."""
-SECONDS_AN_ITERATION = 2.2e-5
-"""Wall seconds of a Newton iteration for each unknown, on two cores."""
-ITERATIONS_A_MM = 11.0
-"""Newton iterations for each mm of a pull (the relaxing before it takes 150)."""
+SECONDS_AN_ITERATION = {"fem": 2.2e-5, "rod": 6.5e-6}
+"""Wall seconds of a Newton iteration for each unknown: on two cores, of the rod model on one."""
+ITERATIONS_A_MM = {"fem": 11.0, "rod": 6.0}
+"""Newton iterations for each mm of a pull."""
+RELAXING_ITERATIONS = {"fem": 150.0, "rod": 90.0}
+"""Newton iterations before it."""
 UNUSED = {
     "fem": ("contact.line_stiffness_over_hertz", "tie.source"),
     "rod": (
@@ -38,7 +40,8 @@ def check(scene: Scene) -> dict[str, Any]:
     model = make_simulation(scene)
     unknowns = model.dofs
     pulled = sum(step.displacement for step in scene.loading_steps if isinstance(step, Pull))
-    iterations = (150.0 if scene.tying_steps else 0.0) + ITERATIONS_A_MM * pulled
+    iterations = RELAXING_ITERATIONS[scene.model] * bool(scene.tying_steps) + ITERATIONS_A_MM[scene.model] * pulled
+    minutes = iterations * SECONDS_AN_ITERATION[scene.model] * unknowns / 60.0
     return {
         "effects": _effects(model.effects, scene),
         "absent": model.absent,
@@ -50,7 +53,7 @@ def check(scene: Scene) -> dict[str, Any]:
         "system": _symmetry(model.effects, scene),
         "linear_solver": linear.available()[0] if scene.solver.linear == "auto" else scene.solver.linear,
         "expected_memory_mb": round(MEMORY_MB[0] + MEMORY_MB[1] * unknowns),
-        "expected_minutes": round(iterations * SECONDS_AN_ITERATION * unknowns / 60.0, 1),
+        "expected_minutes": float(f"{minutes:.2g}"),
         "warnings": model.warnings,
     }
 
