@@ -157,14 +157,13 @@ def _core(*, small: bool) -> Sequence[Quantity]:
     return quantities
 
 
-def _last_step(found: Outcome) -> tuple[float, float]:
-    """How long the last step, a release, took and might have taken at most [s]."""
-    step = found.scene.steps[-1]
-    assert isinstance(step, Release)
-    rows = found.force["step"] == step.name
-    before = found.force["time_s"][~rows]
-    began = float(before[-1]) if before.size else 0.0
-    return float(found.force["time_s"][rows][-1]) - began, step.duration
+def _release(found: Outcome) -> tuple[float, float]:
+    """How long the release took and might have taken at most [s]."""
+    step = next(step for step in found.scene.steps if isinstance(step, Release))
+    rows = np.flatnonzero(found.force["step"] == step.name)
+    time = found.force["time_s"]
+    began = float(time[rows[0] - 1]) if rows[0] > 0 else 0.0
+    return float(time[rows[-1]]) - began, step.duration
 
 
 def _soft(name: str, *, small: bool) -> Sequence[Quantity]:
@@ -174,7 +173,7 @@ def _soft(name: str, *, small: bool) -> Sequence[Quantity]:
     found = run(hard_scene(name))
     if not found.finished:
         return found.quantities(before="8_20", penetration=0.2)
-    took, longest = _last_step(found)
+    took, longest = _release(found)
     rest = Quantity("time to rest, s", took, 0.999 * longest, kind="at most")
     return [*found.quantities(before="8_20", after="8_20", penetration=0.2), rest]
 
@@ -199,8 +198,8 @@ def _slip(*, small: bool) -> Sequence[Quantity]:
     found = run(hard_scene("slip-off-cylinder" if small else "slip", small=small))
     if not found.finished:
         return found.quantities()
-    took, longest = _last_step(found)
-    steps = np.array([row["step_s"] for row in found.log if row["phase"] == "release"])
+    took, longest = _release(found)
+    steps = np.array([row["step_s"] for row in found.log if row["phase"] in ("release", "caught")])
     shortest = int(np.argmin(steps))
     before, after = steps[: shortest + 1].max(), steps[shortest:].max()
     return [
