@@ -1,17 +1,20 @@
 """Loose open torus knots against Audoly's law, and longer braids against Jawed's.
 
-Audoly, Clauvelin and Neukirch (2007): F r^2/B = eps^4/2 + mu sigma eps^3 with eps = sqrt(r/R), R the radius of the loop
-(here: of its mean curvature), sigma = 0.492 (3_1), 1.475 (5_1), the first terms of an expansion in eps. Since F is the
-slope of the energy by the drawn length and the total contact force N half its slope by r, mu enters through F = F_0 +
-mu N; the rows give N over sigma eps^3 B/r^2 as well, and the last line what both ratios tend to as eps goes to 0.
+Audoly, Clauvelin and Neukirch (2007): F r^2/B = eps^4/2 + mu sigma eps^3 with eps = sqrt(r/R), R the radius of the
+loop, sigma = 0.492 (3_1), 1.475 (5_1), the first terms of an expansion in eps, in which all radii of the loop are one.
+Two of them here: R_c of the loop's mean curvature between its contacts, R_d = drawn length / (2 pi). The energy depends
+on the drawn length and on r alone; F and half the total contact force N are its derivatives, whence F = F_0 + mu N and,
+by the drawn length, F_0 r^2/B = eps^4/2 (1 + 6 sigma eps/pi + ...). The last lines give what the ratios tend to.
 
-Jawed et al. (2015), long braids: F/(B k^2) = 2 pi n mu r k with k = (sqrt(12) r R)^(-1/2).
+Jawed et al. (2015), long braids: F/(B k^2) = 2 pi n mu r k with k = (sqrt(12) r R)^(-1/2), friction alone.
 
-Run with: python benchmarks/rod_overhand.py
+Run with: python benchmarks/rod_overhand.py [3_1] [5_1] [braids]
 """
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,27 +27,40 @@ from knotfem.solver.march import StepControl
 
 SIGMA = {1: 0.492, 2: 1.475}
 ALONG = np.array([1.0, 0.0, 0.0])
+RANGES = (
+    (345.0, (300.0,)), (230.0, (200.0,)), (150.0, (130.0,)), (95.0, (80.0,)), (62.0, (50.0,)), (45.0, (30.0, 20.0)),
+)  # fmt: skip
+"""First radius of a loop and those at which it is looked at, all in radii of the rod; each range has its own rod."""
+RESOLUTION = 5.0
+"""Segments on a length sqrt(r R) of the braid at the tightest."""
 
 
 @dataclass(frozen=True)
 class Frame:
-    """A knot on its way: radius of the loop over that of the rod, F and N in B/r^2, share of contacts that slide."""
+    """A knot on its way.
 
-    loop: float
+    Attributes:
+        curved: R_c, in radii of the rod.
+        drawn: R_d, likewise.
+        force: F [B/r^2].
+        normal: N [B/r^2].
+        sliding: share of the contacts that slide.
+        drag: largest force of inertia and drag along the rod over F.
+    """
+
+    curved: float
+    drawn: float
     force: float
     normal: float
     sliding: float
     drag: float
 
-    @property
-    def eps(self) -> float:
-        return self.loop**-0.5
 
-
-def tighten(n: int, friction: float, loops: list[float], segments: int, first: float) -> list[Frame]:
-    """Pull a knot of r = 1 mm and first loop radius `first` [mm] slowly until its loop has the radii `loops` [mm]."""
+def tighten(n: int, friction: float, first: float, loops: Sequence[float]) -> list[Frame]:
+    """Pull a knot of r = 1 mm and loop radius `first` [mm] until that is `loops` [mm], with drag below 1 % of F."""
     radius = 1.0
     length = 2.0 * np.pi * first * 1.3 + 10.0 * (2 * n + 1) * np.sqrt(radius * first)
+    segments = int(RESOLUTION * length / np.sqrt(radius * loops[-1]))
     points = torus_knot(n, radius, first, segments, length)
     model = RodModel([rubber(points, core=200.0, radius=radius)], touching(friction, radius), drag=20.0)
     model.begin({(0, side): pinned(model.end_frame(0, side)) for side in ("start", "end")})
@@ -52,20 +68,23 @@ def tighten(n: int, friction: float, loops: list[float], segments: int, first: f
     for effect in model.effects:
         if isinstance(effect, Drag):
             effect.rate = 0.2
-    start, end, since, speed = model.x[0, :3].copy(), model.x[-1, :3].copy(), model.time, 8.0
-
-    def carried(place: np.ndarray, way: float) -> End:
-        return End(place=lambda time: place + 0.5 * way * speed * (time - since) * ALONG)
-
-    model.begin({(0, "start"): carried(start, -1.0), (0, "end"): carried(end, 1.0)})
-    drawn = [length - 2.0 * np.pi * loop - np.linalg.norm(end - start) for loop in loops]
-    stops = [since + d / speed for d in drawn]
     scale = model.rods[0].bending / radius**2
     result = []
-    for step in model.march(StepControl(0.01, 1e-8, 1.0, 4.0 * radius), model.settings(1e-7 * scale), stops):
-        if step.arrived:
-            result.append(_frame(model, scale))
+    for loop in loops:
+        speed = 8.0 * min(1.0, (30.0 / loop) ** 3)
+        start, end, since = model.x[0, :3].copy(), model.x[-1, :3].copy(), model.time
+        way = length - 2.0 * np.pi * loop - float(np.linalg.norm(end - start))
+        model.begin({(0, "start"): _carried(start, -0.5 * speed, since), (0, "end"): _carried(end, 0.5 * speed, since)})
+        move = max(4.0 * radius, 0.05 * loop)
+        control = StepControl(0.08 / speed, 1e-8, 2.0 * move / speed, move)
+        for _ in model.march(control, model.settings(1e-8 * scale), [since + way / speed]):
+            pass
+        result.append(_frame(model, scale))
     return result
+
+
+def _carried(place: np.ndarray, speed: float, since: float) -> End:
+    return End(place=lambda time: place + speed * (time - since) * ALONG)
 
 
 def _frame(model: RodModel, scale: float) -> Frame:
@@ -74,52 +93,76 @@ def _frame(model: RodModel, scale: float) -> Frame:
     middle = 0.5 * (c.arclength.min() + c.arclength.max())
     before, after = c.arclength[c.arclength < middle].max(), c.arclength[c.arclength > middle].min()
     curvature = model.bend.curvature(model.x)[int(before / h) + 1 : int(after / h) - 1].mean()
+    drawn = h * model.layout.edges.size - float(np.linalg.norm(model.x[-1, :3] - model.x[0, :3]))
     sliding = float(c.normal_force[c.slides].sum() / c.normal_force.sum())
     return Frame(
-        1.0 / (curvature * radius), force / scale, c.normal_force.sum() / scale, sliding, unrest(model) / force
+        1.0 / (curvature * radius),
+        drawn / (2.0 * np.pi * radius),
+        force / scale,
+        c.normal_force.sum() / scale,
+        sliding,
+        unrest(model) / force,
     )
 
 
-def limit(eps: np.ndarray, ratio: np.ndarray) -> float:
-    """Value at eps = 0 of a parabola through the ratios."""
-    return float(np.polyval(np.polyfit(eps, ratio, 2 if eps.size > 3 else 1), 0.0))
+def limit(eps: np.ndarray, ratio: np.ndarray) -> tuple[float, float]:
+    """Value and slope at eps = 0 of a parabola through the four smallest."""
+    chosen = np.argsort(eps)[:4]
+    fit = np.polynomial.Polynomial.fit(eps[chosen], ratio[chosen], 2).convert().coef
+    return float(fit[0]), float(fit[1])
 
 
-def audoly(n: int, coefficients: list[float], loops: list[float], segments: int, first: float) -> None:
-    rows, ratios = [], {}
+def law(n: int, mu: float, eps: float) -> float:
+    """F r^2/B."""
+    return 0.5 * eps**4 + mu * SIGMA[n] * eps**3
+
+
+def audoly(n: int, coefficients: Sequence[float]) -> None:
+    rows, smooth = [], []
     for mu in coefficients:
-        for f in tighten(n, mu, loops, segments, first):
-            law = 0.5 * f.eps**4 + mu * SIGMA[n] * f.eps**3
-            normal = f.normal / (SIGMA[n] * f.eps**3)
-            rows.append((mu, f.eps, f.force, law, f.force / law, normal, f.sliding, f.drag))
-            if mu == 0.0:
-                ratios[f.eps] = (f.force / law, normal)
-    names = ("mu", "eps", "F r^2/B", "law", "ratio", "N ratio", "sliding", "drag/F")
+        frames = [frame for first, loops in RANGES for frame in tighten(n, mu, first, loops)]
+        if mu == 0.0:
+            smooth = frames
+        for f, plain in zip(frames, smooth, strict=True):
+            c, d = f.curved**-0.5, f.drawn**-0.5
+            part = (f.force - plain.force) / (mu * f.normal) if mu else np.nan
+            row = [mu, c, f.force / law(n, mu, c), f.normal / (SIGMA[n] * c**3)]
+            rows.append([*row, d, f.force / law(n, mu, d), f.normal / (SIGMA[n] * d**3), part, f.sliding, f.drag])
+    names = ("mu", "eps_c", "F/law", "N/law", "eps_d", "F/law", "N/law", "(F-F0)/mu N", "sliding", "drag/F")
     table(f"open (2, {2 * n + 1}) torus knot against Audoly's law", names, rows)
-    if ratios:
-        eps = np.array(list(ratios))
-        bending, normal = np.array(list(ratios.values())).T
-        print(f"as eps goes to 0 the bending term tends to {limit(eps, bending):.3f}, N to {limit(eps, normal):.3f}")
+    found = np.array(rows)[: len(smooth)]
+    for name, k in (("mean curvature", 1), ("drawn length", 4)):
+        bending, normal = limit(found[:, k], found[:, k + 1]), limit(found[:, k], found[:, k + 2])
+        print(f"by {name}: F_0/law tends to {bending[0]:.3f} + {bending[1]:.2f} eps", end=", ")
+        print(f"N/law to {normal[0]:.3f} + {normal[1]:.2f} eps")
+    print(f"6 sigma/pi = {6.0 * SIGMA[n] / np.pi:.2f}")
 
 
-def jawed(n: int, coefficients: list[float], loops: list[float], segments: int, first: float) -> None:
+def jawed(n: int, coefficients: Sequence[float]) -> None:
     rows = []
-    slippery = {f.loop: f.force for f in tighten(n, 0.0, loops, segments, first)}
+    smooth = [frame for first, loops in RANGES for frame in tighten(n, 0.0, first, loops)]
     for mu in coefficients:
-        for f in tighten(n, mu, loops, segments, first):
-            k = (np.sqrt(12.0) * f.loop) ** -0.5
-            plain = float(np.interp(f.loop, sorted(slippery), [slippery[key] for key in sorted(slippery)]))
-            law = 2.0 * np.pi * n * mu * k**3
-            rows.append((mu, f.eps, f.force / k**2, law / k**2, f.force / law, (f.force - plain) / law, f.sliding))
-    names = ("mu", "eps", "F/(B k^2)", "law", "ratio", "friction's part", "sliding")
+        frames = [frame for first, loops in RANGES for frame in tighten(n, mu, first, loops)]
+        for f, plain in zip(frames, smooth, strict=True):
+            row = [mu]
+            for radius in (f.curved, f.drawn):
+                k = (np.sqrt(12.0) * radius) ** -0.5
+                expected = 2.0 * np.pi * n * mu * k**3
+                row += [radius**-0.5, f.force / expected, (f.force - plain.force) / expected]
+            rows.append([*row, f.sliding, f.drag])
+    names = ("mu", "eps_c", "F/law", "friction/law", "eps_d", "F/law", "friction/law", "sliding", "drag/F")
     table(f"braid of n = {n} against Jawed's law", names, rows)
 
 
 def main() -> None:
-    audoly(1, [0.0, 0.05, 0.1], [300.0, 200.0, 130.0, 80.0, 50.0, 30.0, 18.0], 900, 400.0)
-    audoly(2, [0.0, 0.05, 0.1], [300.0, 200.0, 130.0, 80.0, 50.0, 30.0], 900, 400.0)
-    for n in (2, 3):
-        jawed(n, [0.1, 0.2], [150.0, 100.0, 70.0, 50.0], 700, 200.0)
+    wanted = sys.argv[1:] or ["3_1", "5_1", "braids"]
+    if "3_1" in wanted:
+        audoly(1, (0.0, 0.05, 0.1))
+    if "5_1" in wanted:
+        audoly(2, (0.0, 0.05, 0.1))
+    if "braids" in wanted:
+        for n in (2, 3):
+            jawed(n, (0.1, 0.2))
 
 
 if __name__ == "__main__":
