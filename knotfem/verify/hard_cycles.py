@@ -33,7 +33,7 @@ def cases(*, small: bool = False) -> list[Case]:
 
 def _cycles(small: bool) -> Sequence[Quantity]:
     names = ["load", *(f"{kind}-{i}" for i in range(1, CYCLES + 1) for kind in ("unload", "reload"))]
-    short = [f"steps.{i}.displacement={'2 mm' if i == 1 else '1 mm'}" for i in range(1, len(names) + 1)]
+    short = ("steps.1.displacement=4 mm", "output.every_displacement=2 mm")
     found = run(hard_scene("cycles", short if small else (), small=small))
     if not found.finished:
         return found.quantities()
@@ -41,15 +41,21 @@ def _cycles(small: bool) -> Sequence[Quantity]:
     last = {name: int(np.flatnonzero(step == name)[-1]) for name in names}
     ends = [last["load"], *(last[f"reload-{i}"] for i in range(1, CYCLES + 1))]
     taken = np.diff(friction[ends])
-    peaks = force[ends]
+    peaks = force[ends[-2:]]
+    valleys = force[[last[f"unload-{i}"] for i in (CYCLES - 1, CYCLES)]]
+    scale = float(peaks[-1])
     return [
         *found.quantities(before="3_1", after="3_1"),
         *(
             Quantity("dissipation, N mm", float(work), 0.0, kind="at least", condition=f"cycle {i}")
             for i, work in enumerate(taken, start=1)
         ),
-        Quantity("force at the end of the last two cycles, N", float(peaks[-1]), float(peaks[-2]), 0.02),
-        Quantity("force at the end over that of the first load", float(peaks[-1] / peaks[0]), 1.0, 0.05),
+        *(
+            Quantity(
+                f"{which} force of the last two cycles, N", float(pair[1]), float(pair[0]), 0.02 * scale, "absolute"
+            )
+            for which, pair in (("largest", peaks), ("least", valleys))
+        ),
     ]
 
 
