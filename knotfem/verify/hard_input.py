@@ -18,6 +18,8 @@ from knotfem.verify.hard import folder, hard_scene, run
 from knotfem.verify.verdict import Case, Quantity
 
 CURVES = 200
+RELAXED = 4
+"""One in so many open curves comes to rest too; the others are mapped."""
 MODES = 6
 LONGEST = "90 s"
 """Wall time after which a tie counts as hung."""
@@ -109,7 +111,7 @@ def tie_random(seed: int, path: Path, *, relax: bool) -> str:
 def _random(small: bool) -> Sequence[Quantity]:
     count = 6 if small else CURVES
     with folder() as path:
-        seen = Counter(tie_random(seed, path, relax=not small) for seed in range(count))
+        seen = Counter(tie_random(seed, path, relax=not small and seed % RELAXED == 1) for seed in range(count))
     said = ", ".join(f"{number} {what}" for what, number in sorted(seen.items()))
     answered = seen["tied"] + seen["refused"]
     return [
