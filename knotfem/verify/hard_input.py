@@ -23,7 +23,6 @@ RELAXED = 4
 MODES = 6
 LONGEST = "90 s"
 """Wall time after which a tie counts as hung."""
-ROUGH_LENGTH = 300.0
 
 
 def cases(*, small: bool = False) -> list[Case]:
