@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from reduced import RADIUS, contact, spec
+from reduced import BENDING, RADIUS, contact, spec
 
 from knotfem.centerline.curve import read_centerline
 from knotfem.centerline.knot_type import knot_type
@@ -50,23 +50,49 @@ def test_pulled_until_it_locks():
     assert model.penetration < 0.15 * 2 * RADIUS
 
 
+def loaded(friction: float, cylinder: float, load: float) -> RodModel:
+    """At rest under a load, the free end held."""
+    model = bowline(friction, cylinder, 0.0)
+    held, start, since = clamped(model.end_frame(0, "end")), model.end_frame(0, "start"), model.time
+    model.begin({(0, "start"): driven(start, UP, lambda time: 20.0 * (time - since)), (0, "end"): held})
+    while model.reaction(0, "start") @ UP < load:
+        march(model, 0.25)
+    model.begin({(0, "start"): End(force=lambda time: load * UP), (0, "end"): held})
+    march(model, 1.0)
+    return model
+
+
+def let_go(model: RodModel, load: float, tail: float) -> None:
+    """Replace what holds the free end by a share of the load."""
+    forces = {"start": load * UP, "end": tail * load * UP}
+    model.begin({(0, side): End(force=lambda time, force=force: force) for side, force in forces.items()})
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("tail", "share"), [(-0.05, 0.475), (0.05, 0.525)])
 def test_tension_between_knot_and_a_slippery_cylinder(tail, share):
     """Half of what is above, by balance alone."""
-    model = bowline(0.37, 0.0, 0.0)
     load = 2.01
-    held = clamped(model.end_frame(0, "end"))
-    start, since = model.end_frame(0, "start"), model.time
-    model.begin({(0, "start"): driven(start, UP, lambda time: 20.0 * (time - since)), (0, "end"): held})
-    while model.reaction(0, "start") @ UP < load:
-        march(model, 0.25)
-    pull = End(force=lambda time: load * UP)
-    for end in (held, End(force=lambda time: tail * load * UP)):
-        model.begin({(0, "start"): pull, (0, "end"): end})
-        march(model, 1.0)
+    model = loaded(0.37, 0.0, load)
+    let_go(model, load, tail)
+    march(model, 1.0)
     c, tension = model.contacts(), model.tension()
     middles = (np.arange(tension.size) + 0.5) * model.layout.spacing[0]
     peg, knot = c.arclength[c.other < 0], c.arclength[c.other >= 0]
     leg = (middles > peg.max()) & (middles < knot[knot > peg.max()].min())
     assert np.median(tension[leg]) / load == pytest.approx(share, rel=0.03)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("friction", "cylinder", "holds"), [(0.26, 0.0, True), (0.16, 0.0, False), (0.18, 0.39, True), (0.08, 0.39, False)]
+)
+def test_friction_decides_whether_the_bowline_stays(friction, cylinder, holds):
+    """Under B/(9.1 r^2)."""
+    load = BENDING / (9.1 * RADIUS**2)
+    model = loaded(friction, cylinder, load)
+    place = model.x[0, 2]
+    let_go(model, load, -0.05)
+    march(model, 10.0)
+    assert (model.x[0, 2] - place < 40.0) == holds
+    assert bool((model.contacts().other >= 0).any()) == holds
