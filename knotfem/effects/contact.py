@@ -159,8 +159,8 @@ class Contact(Effect):
 
     @property
     def penetration(self) -> float:
-        """Deepest penetration [mm]."""
-        return float(max(0.0, -self.gap.min())) if self.gap.size else 0.0
+        """Deepest penetration of a rod [mm]; beyond its ends, where contact fades out, there is none of it."""
+        return max(0.0, -float(self.gap[self.share >= 1.0].min(initial=0.0)))
 
     def _stored(self, gap: np.ndarray) -> float:
         return kernels.energy(self.area, self.pairs, gap, self.share, self.law.stiffness, self.law.ramp)

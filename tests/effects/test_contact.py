@@ -15,6 +15,15 @@ def test_some_pairs_touch_on_ramp_and_beyond(crossing):
     assert crossing.contact.penetration == pytest.approx(-gap.min())
 
 
+def test_penetration_is_not_that_of_a_surface_thought_on_beyond_an_end(crossing):
+    contact = crossing.contact
+    contact.update(crossing.x)
+    deepest = int(contact.gap.argmin())
+    assert contact.share[deepest] == 1.0
+    contact.share[deepest] = 0.2
+    assert contact.penetration == pytest.approx(-np.delete(contact.gap, deepest).min())
+
+
 def test_tangent_is_the_derivative_of_the_residual(crossing):
     assert directional_error([crossing.contact], crossing.x) < 1e-6
 
