@@ -11,20 +11,39 @@ from knotfem.rod.rotation import dot
 
 
 @njit(cache=True)
-def _minima(x, point, first, count, own, excluded, reach, found):
-    """Nodes of a rod at a local minimum of distance to a point, within reach; `own` +- excluded nodes are left out."""
-    n = 0
+def _longest_edges(x, first):
+    """Longest edge of each rod."""
+    longest = np.zeros(first.size - 1)
+    for rod in range(longest.size):
+        for j in range(first[rod], first[rod + 1] - 1):
+            square = 0.0
+            for i in range(3):
+                square += (x[j + 1, i] - x[j, i]) ** 2
+            longest[rod] = max(longest[rod], np.sqrt(square))
+    return longest
+
+
+@njit(cache=True)
+def _minima(x, point, first, count, longest, own, excluded, reach, found):
+    """Nodes of a rod at a local minimum of distance to a point, within reach; `own` +- excluded nodes are left out.
+
+    From a node far away the search goes on where the rod, of edges no longer than `longest`, can be within reach again.
+    """
+    n = j = 0
     previous = current = np.inf
-    for j in range(count + 1):
-        following = np.inf
+    while j <= count:
+        following, ahead = np.inf, 1
         if j < count and abs(j - own) > excluded:
             following = 0.0
             for i in range(3):
                 following += (point[i] - x[first + j, i]) ** 2
+            if following > reach * reach:
+                ahead = max(1, int((np.sqrt(following) - reach) / longest))
         if current < reach * reach and current <= previous and current < following and n < found.size:
             found[n] = j - 1
             n += 1
         previous, current = current, following
+        j += ahead
     return n
 
 
@@ -40,6 +59,7 @@ def find_pairs(x, first, spacing, radius, sample_u, sample_start, points, cutoff
     """
     w, C, q = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
     found = np.empty(64, np.int64)
+    longest = _longest_edges(x, first)
     total = 0
     for slave in range(radius.size):
         s = sample_start[slave]
@@ -54,7 +74,8 @@ def find_pairs(x, first, spacing, radius, sample_u, sample_start, points, cutoff
                 limit = radius[slave] + radius[master] + cutoff
                 reach = limit + spacing[slave] + spacing[master]
                 count = first[master + 1] - first[master]
-                near = _minima(x, x[first[slave] + i], first[master], count, own, excluded, reach, found)
+                point = x[first[slave] + i]
+                near = _minima(x, point, first[master], count, longest[master], own, excluded, reach, found)
                 for p in range(begin, s):
                     opened = total
                     for m in range(near):
