@@ -13,13 +13,9 @@ from knotfem.solver.march import StepControl
 
 def control_of(*overrides: str, step: int = 1) -> StepControl:
     scene = load_scene("overhand", overrides)
-    taken: list[StepControl] = []
-    model: Any = SimpleNamespace(
-        scene=scene, diameter=6.0, sections=np.zeros(1, dtype=int), march=lambda *args: taken.append(args[2])
-    )
+    model: Any = SimpleNamespace(scene=scene, diameter=6.0, sections=np.zeros(1, dtype=int))
     nothing: Any = None
-    march_of(model, scene.steps[step], nothing, nothing, 0.0)
-    return taken[0]
+    return march_of(model, scene.steps[step], nothing, nothing, 0.0).control
 
 
 def test_driven_end_moves_at_most_as_far_as_the_scene_says():
