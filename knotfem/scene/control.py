@@ -38,7 +38,8 @@ class Solver(Table):
     Attributes:
         linear: "auto" takes PARDISO where it is there and SuperLU elsewhere, and records which.
         force_tolerance: largest out-of-balance nodal force [N].
-        move_over_diameter: largest move of a node in a step that is aimed at; limits the time step.
+        move_over_diameter: largest move of a node in a step that is aimed at; limits the time step; with
+            hexahedra at most 4/3.
         max_iterations: Newton iterations of one step.
         max_cutbacks: how often in a row a failed step is shortened.
         threads: 0 for as many as there are.

@@ -7,19 +7,22 @@ from functools import cache, partial
 
 import numpy as np
 
+from knotfem.errors import InputError
 from knotfem.verify.hard import Outcome, hard_scene, mesh_of, run
 from knotfem.verify.verdict import Case, Quantity
 
 PROMISED = {"large-steps": 0.05, "loose-tolerance": 0.02}
-"""Largest error of the force over the largest force: of friction's path in steps of 8 times the usual length; of an
+"""Largest error of the force over the largest force: of friction's path in the largest steps there are; of an
 out-of-balance of 100 times the usual one, 0.01 N along the rod against a force of 0.5 N."""
+TOO_LARGE = 8.0 * 0.5
+"""Eight times the usual `solver.move_over_diameter`."""
 
 
 def cases(*, small: bool = False) -> list[Case]:
     """See `hard.hard_cases`."""
     mesh = mesh_of(small)
     titles = {
-        "large-steps": "time step 8 times too large",
+        "large-steps": "time step 8 times too large: refused; the largest there is: within its error",
         "loose-tolerance": "Newton's tolerance 100 times too loose",
     }
     return [
@@ -49,7 +52,17 @@ def _against_usual(name: str, small: bool) -> Sequence[Quantity]:
     return [
         *found.quantities(before="3_1", after="3_1", energy=promised),
         Quantity("error of the force over the force", force_error(found, usual), promised, kind="at most"),
+        *([_refused()] if name == "large-steps" else []),
     ]
+
+
+def _refused() -> Quantity:
+    try:
+        hard_scene("large-steps", (f"solver.move_over_diameter={TOO_LARGE}",))
+        said = "accepted"
+    except InputError as error:
+        said = str(error)
+    return Quantity("8 times too large: refused", "move_over_diameter" in said, True, kind="equal", condition=said)
 
 
 def force_error(found: Outcome, usual: Outcome) -> float:

@@ -282,3 +282,9 @@ def test_friction_of_two_rods() -> None:
     scene = load_scene("crossed-rods", ["contact.pairs=[{between=['upper', 'lower'], friction=0.1}]"])
     assert scene.friction_between("lower", "upper") == 0.1
     assert scene.friction_between("lower", "lower") == 0.33
+
+
+def test_steps_of_hexahedra_are_not_too_long() -> None:
+    error = refused("overhand", "solver.move_over_diameter=4")
+    assert "solver.move_over_diameter: steps too long; found 4; expected at most 1.333" in str(error)
+    assert load_scene("overhand", ["solver.move_over_diameter=4", "model=rod"]).solver.move_over_diameter == 4.0
