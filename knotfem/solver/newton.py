@@ -15,9 +15,6 @@ from knotfem.solver.effect import StepStart, longest_move
 from knotfem.solver.linear import SingularMatrixError
 from knotfem.solver.system import System
 
-CHORD_SAFETY = 10.0
-"""An iteration takes the last factorisation again where so many times the residual it promises is within tolerance."""
-
 
 class StepFailed(NotConverged):
     """A time step did not converge; it can be tried again with a shorter one."""
@@ -35,6 +32,8 @@ class NewtonSettings:
         endgame_move: below it steps are taken whole, with no line search.
         shift_start: first Levenberg-Marquardt shift of the whole rod [N/mm].
         shift_cap: largest one.
+        chord_safety: an iteration takes the last factorisation again where so many times the residual that it promises
+            is within tolerance; infinite for a factorisation each.
     """
 
     force_tolerance: float = 1e-5
@@ -44,6 +43,7 @@ class NewtonSettings:
     endgame_move: float = 0.03
     shift_start: float = 0.01
     shift_cap: float = 100.0
+    chord_safety: float = 10.0
 
 
 @dataclass
@@ -98,7 +98,7 @@ def solve(
     took = Iterations(shift=shift)
     targets = system.targets(start.end)
     x = x.copy()
-    excess, whole, chord = np.inf, False, False
+    excess, moved, whole, chord = np.inf, np.inf, False, False
     while True:
         system.update(x)
         residual, matrix = (system.residual(x), None) if chord else system.tangent(x)
@@ -115,17 +115,17 @@ def solve(
             raise StepFailed(f"no balance after {took.count} iterations: residual {took.residual:.2e} N")
         if interrupt is not None:
             interrupt()
-        chord = whole and not chord and not lifted and CHORD_SAFETY * excess * excess < before
-        if chord:
-            du = system.resolve(-residual)
-        else:
+        promising = whole and not chord and settings.chord_safety * excess * excess < before
+        du = system.resolve(-residual) if promising and not lifted else None
+        chord = du is not None and longest_move(du) < moved
+        if du is None or not chord:
             if matrix is None:
                 residual, matrix = system.tangent(x)
             du = _direction(system, matrix, residual, gap, lifted, settings, took)
         took.count += 1
         system.increment(du)
         fraction = _fraction(system, x, du, residual, lifted, settings, took)
-        whole = fraction == 1.0 and not lifted
+        moved, whole = longest_move(du), fraction == 1.0 and not lifted
         x = x + fraction * du
         if lifted:
             x = np.where(system.fixed, targets, x)
