@@ -48,19 +48,19 @@ def stress_state(x: np.ndarray, elasticity: Elasticity) -> StressState:
     return StressState(F, _first_piola(F, pressure, elasticity.shear_modulus), elasticity.formulation.weights)
 
 
-def middle_forces(x: np.ndarray, elasticity: Elasticity) -> np.ndarray:
+def middle_forces(state: StressState, elasticity: Elasticity) -> np.ndarray:
     """Stress integrated across the middle of each slice of trilinear hexahedra [N], shape [slices, 3].
 
     Halfway along, bending leaves no parasitic shear: there the stress is most accurate (Barlow 1976). The deformation
     gradient is linear along the slice, so that its mean over the planes of integration points is that of the middle.
 
     Args:
-        x: positions [mm], shape [nodes, 3].
-        elasticity: of eight-node hexahedra.
+        state: of the bulk.
+        elasticity: the bulk, of eight-node hexahedra.
     """
-    F, pressure = _along(elasticity.deformation(x), 2), _along(_pressure(elasticity), 2)
+    F, pressure = _along(state.deformation, 2), _along(_pressure(elasticity), 2)
     P = _first_piola(F.mean(axis=2), pressure.mean(axis=2), elasticity.shear_modulus)
-    area = _along(elasticity.formulation.weights, 1).sum(axis=1) / elasticity.layer_height
+    area = _along(state.weights, 1).sum(axis=1) / elasticity.layer_height
     return np.einsum("sqgi,qg->si", P[..., 2], area)
 
 

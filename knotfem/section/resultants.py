@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knotfem.effects.elasticity import Elasticity
-from knotfem.effects.stress import middle_forces, stress_state
+from knotfem.effects.stress import StressState, middle_forces, stress_state
 
 if TYPE_CHECKING:
     from knotfem.effects.core import Core
@@ -80,7 +80,7 @@ def resultants(x: np.ndarray, section_nodes: np.ndarray, axis: int, bulk: Elasti
         pull = _to_sections(core.force[:, None] * edge)
         force += pull
         axial = np.einsum("ni,ni->n", pull, tangent)
-    integral = _stress_integral(x, weighted, bulk, len(centre))
+    integral = _stress_integral(state, bulk, len(centre))
     return Resultants(
         force,
         moment,
@@ -119,14 +119,14 @@ def _carried(
     return found[:, :3], found[:, 3:]
 
 
-def _stress_integral(x: np.ndarray, weighted: np.ndarray, bulk: Elasticity, sections: int) -> np.ndarray:
+def _stress_integral(state: StressState, bulk: Elasticity, sections: int) -> np.ndarray:
     """Integral of the bulk's stress, taken to the sections, shape [sections, 3].
 
     Of eight-node hexahedra across the middle of each slice; of quadratic ones the mean over each layer.
     """
     if len(bulk.elements) == sections - 1:
-        return _to_sections(middle_forces(x, bulk))
-    layers = weighted[..., 2].sum(axis=(1, 2)) / bulk.layer_height
+        return _to_sections(middle_forces(state, bulk))
+    layers = np.einsum("sqgi,qg->si", state.first_piola[..., 2], state.weights) / bulk.layer_height
     found = np.empty((sections, 3))
     found[::2], found[1::2] = _to_sections(layers), layers
     return found
