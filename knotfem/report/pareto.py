@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from knotfem.report.plots import COLOURS, paper_axes
+
+if TYPE_CHECKING:
+    from matplotlib.axis import Axis
 
 MARKERS = "osD^v<>Ph*"
 
@@ -35,8 +39,8 @@ def plot_pareto(
         InputError: the format is unknown or the file cannot be written.
     """
     drawn = [point for points in ladders.values() for point in points]
-    with paper_axes(out, title, width=4.6) as axes:
-        axes.set(xscale="log", yscale="log", xlabel="CPU time (s)", ylabel=f"relative error, {label}")
+    with paper_axes(out, title, width=5.4) as axes:
+        axes.set(xscale="log", yscale="log", xlabel="CPU time (s)", ylabel=f"error, {label}")
         for number, (name, points) in enumerate(ladders.items()):
             if points:
                 seconds, errors = zip(*points, strict=True)
@@ -54,4 +58,15 @@ def plot_pareto(
         if uncertainty > 0.0:
             axes.axhspan(axes.get_ylim()[0], uncertainty, color="0.9", lw=0, zorder=0)
         if drawn:
-            axes.legend(ncols=2)
+            axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.02))
+            _plain_ticks(axes.xaxis, 1.0)
+            _plain_ticks(axes.yaxis, 100.0, " %")
+
+
+def _plain_ticks(axis: Axis, factor: float, unit: str = "") -> None:
+    """Ticks at 1, 2 and 5 of a decade, written out in a unit that is `factor` times finer."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=20))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{factor * value:.4g}{unit}"))
+    axis.set_minor_formatter(NullFormatter())

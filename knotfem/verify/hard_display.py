@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from knotfem.verify.display import mark, print_page
 from knotfem.verify.verdict import Quantity, Verdict
 
 COMMON = ("finished", "cutbacks", "smallest J", "penetration / d", "knot before", "knot after", "energy error")
@@ -13,33 +14,26 @@ HEADS = ("case", *COMMON, "must", "found", "verdict", "wall, s")
 
 def show(verdicts: Sequence[Verdict]) -> None:
     """Print the table, and how many cases failed."""
-    from rich.console import Console
     from rich.markup import escape
     from rich.table import Table
 
     page = Table(*HEADS)
     for verdict in verdicts:
-        name, seconds, mark = verdict.case.name, f"{verdict.seconds:.1f}", _mark(verdict.passed)
+        name, seconds, passed = verdict.case.name, f"{verdict.seconds:.1f}", mark(verdict.passed)
         for condition, figures in runs(verdict.quantities).items():
             label = f"{name}, {condition}" if condition else name
-            page.add_row(label, *(_column(figures, key) for key in COMMON), "", "", mark, seconds)
-            seconds = mark = ""
+            page.add_row(label, *(_column(figures, key) for key in COMMON), "", "", passed, seconds)
+            seconds = passed = ""
         for q in verdict.quantities:
             if q.name not in COMMON:
                 expected, found, _ = q.shown
                 must = f"{q.name}, {q.condition}: {expected}" if q.condition else f"{q.name}: {expected}"
                 empty = [""] * (len(COMMON) + 1)
-                page.add_row(*empty, escape(must), found, _mark(q.passed), "")
+                page.add_row(*empty, escape(must), found, mark(q.passed), "")
         if verdict.error:
-            page.add_row(name, escape(verdict.error), *[""] * len(COMMON), "", _mark(False), seconds)
+            page.add_row(name, escape(verdict.error), *[""] * len(COMMON), "", mark(False), seconds)
         page.add_section()
-    failed = sum(not verdict.passed for verdict in verdicts)
-    total = sum(verdict.seconds for verdict in verdicts)
-    page.caption = f"{len(verdicts)} cases, {failed} failed, {total:.0f} s"
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=200)
-    console.print(page)
+    print_page(page, verdicts, width=200)
 
 
 def runs(quantities: Sequence[Quantity]) -> dict[str, dict[str, Quantity]]:
@@ -57,7 +51,3 @@ def _column(figures: dict[str, Quantity], name: str) -> str:
     q = figures[name]
     found = q.shown[1]
     return found if q.passed else f"[bold red]{found}[/]"
-
-
-def _mark(passed: bool) -> str:
-    return "[green]pass[/]" if passed else "[bold red]FAIL[/]"
