@@ -26,7 +26,7 @@ class ContactMap:
         gap: [mm], shape [n].
         normal_force: [N], shape [n].
         friction_force: [N], shape [n].
-        slides: shape [n].
+        slides: whether friction holds no longer, as it never does where there is none, shape [n].
     """
 
     rod: np.ndarray
@@ -75,5 +75,5 @@ def _where(contact: Contact | Cylinder, sample: np.ndarray) -> tuple[np.ndarray,
 
 def _rubbing(friction: Friction | CylinderFriction | None, on: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     if friction is None:
-        return np.zeros(on.sum()), np.zeros(on.sum(), dtype=bool)
-    return np.linalg.norm(friction.traction[on], axis=1), friction.slides[on]
+        return np.zeros(on.sum()), np.ones(on.sum(), dtype=bool)
+    return np.linalg.norm(friction.traction[on], axis=1), friction.slides[on] | (friction.mu[on] == 0.0)

@@ -25,7 +25,7 @@ def contact_rows(scene: Scene, found: ContactMap, time: float, displacement: flo
     """Rows of contacts.csv for one state: a row a sample that presses on another strand or on an obstacle.
 
     Every strand's samples press on the other's surface, so that a crossing shows twice, each time with its share of
-    the force.
+    the force. A contact slips where nothing holds it: at the limit of friction, or without friction.
 
     Args:
         scene: for the names of rods and obstacles.
@@ -80,6 +80,6 @@ def _where(samples: Any, sample: np.ndarray, spacing: np.ndarray) -> tuple[np.nd
 
 def _rubbing(friction: list, on: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     if not friction:
-        return np.zeros(on.size), np.zeros(on.size, dtype=bool)
+        return np.zeros(on.size), np.ones(on.size, dtype=bool)
     size = np.linalg.norm(friction[0].traction[on], axis=1)
     return size, size >= MOBILISED * friction[0].mu[on] * force

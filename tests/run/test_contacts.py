@@ -1,0 +1,60 @@
+"""What contacts.csv says of contacts that nothing holds: they slip, in either model."""
+
+import numpy as np
+import pytest
+
+from knotfem.run.contacts import contact_rows
+from knotfem.run.simulation import make_simulation
+from knotfem.scene import load_scene
+
+COARSE = (
+    "rods.0.mesh.section_elements=4",
+    "rods.1.mesh.section_elements=4",
+    "rods.0.mesh.element_length=4 mm",
+    "rods.1.mesh.element_length=4 mm",
+    'rods.1.origin=["0 mm", "0 mm", "5.7 mm"]',
+    "tie.path=direct",
+    "drag=none",
+)
+SUNK = 0.2
+"""Rods are moved down by this, into what they would else only touch [mm]."""
+
+
+def pressed(*overrides: str) -> list[dict]:
+    """Rows of two rods laid into each other."""
+    scene = load_scene("crossed-rods", [*COARSE, *overrides])
+    simulation = make_simulation(scene)
+    x = simulation.straight().x
+    if scene.model == "fem":
+        *_, last = simulation.mapping(simulation.paths(), "superlu")
+        x = last.x
+    x = x.copy()
+    x[:, 2] -= SUNK
+    for effect in simulation.effects:
+        effect.update(x)
+    for effect in simulation.effects:
+        assert effect.assemble(x, np.zeros_like(x), None)
+    return list(contact_rows(scene, simulation.contacts(), 0.0, 0.0))
+
+
+@pytest.mark.parametrize("model", ["fem", "rod"])
+@pytest.mark.parametrize("friction", ["contact.friction=0.0", 'contact.pairs=[{between=["lower","upper"],friction=0}]'])
+def test_contacts_without_friction_slip(model, friction):
+    rows = pressed(f"model={model}", friction)
+    assert rows
+    assert {row["state"] for row in rows} == {"slips"}
+    assert {row["friction_force_N"] for row in rows} == {0.0}
+
+
+@pytest.mark.parametrize("model", ["fem", "rod"])
+def test_contacts_with_friction_stick_where_nothing_has_moved(model):
+    assert {row["state"] for row in pressed(f"model={model}")} == {"sticks"}
+
+
+@pytest.mark.parametrize("model", ["fem", "rod"])
+def test_contacts_with_a_slippery_cylinder_slip(model):
+    rows = pressed(
+        f"model={model}",
+        'obstacles=[{diameter="20 mm",axis=[0,1,0],point=["0 mm","0 mm","-13 mm"],friction=0.0}]',
+    )
+    assert {row["state"] for row in rows if row["other"] == "cylinder"} == {"slips"}
