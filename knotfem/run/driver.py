@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -15,14 +16,14 @@ from knotfem.run.outputs import Outputs
 from knotfem.run.progress import Progress, Silent, StepReport
 from knotfem.run.provenance import Provenance
 from knotfem.run.simulation import make_simulation
-from knotfem.run.stepping import AtRest, march_of, restored_progress, stored_progress, threads_of
+from knotfem.run.stepping import AtRest, Underway, march_of, restored_progress, stored_progress, threads_of
 from knotfem.run.stop import StopRequest
 from knotfem.run.watch import KnotWatch
 from knotfem.scene.model import Scene
 from knotfem.scene.steps import Loaded, Pull, Relax, Release, Step
 from knotfem.solver import march
 from knotfem.solver.effect import Motion
-from knotfem.solver.system import labelled
+from knotfem.solver.system import System, labelled
 
 STATUS_EVERY = 2.0
 """Seconds between updates of status.json."""
@@ -59,24 +60,30 @@ def _drive(scene: Scene, run: RunDirectory, goal: str, progress: Progress | None
     with StopRequest(scene.solver.time_limit) as stop:
         provenance = Provenance(run.path)
         provenance.begin(threads=threads_of(scene))
-        reason = "failed"
         driver = None
         try:
             run.write_status("running", goal=goal)
             driver = Driver(scene, run, goal, progress, stop, provenance)
             driver.go()
+            driver.finish()
             run.write_status("done", goal=goal, **driver.where())
-            reason = "done"
-        except KnotfemError as error:
-            stopped = error.exit_code in (75, 130)
-            reason = f"{'stopped' if stopped else 'failed'}: {error}"
-            where = driver.where() if driver is not None else {}
-            run.write_status("stopped" if stopped else "failed", goal=goal, reason=str(error), **where)
+            provenance.finish("done")
+        except BaseException as error:
+            _record(error, run, goal, driver, provenance)
             raise
-        finally:
-            if driver is not None:
-                driver.finish()
-            provenance.finish(reason)
+
+
+def _record(error: BaseException, run: RunDirectory, goal: str, driver: Driver | None, provenance: Provenance) -> None:
+    """Write what ended a session; what fails meanwhile (the disk may be full) must not hide it."""
+    state = "stopped" if isinstance(error, Stopped | Interrupted) else "failed"
+    reason = str(error) if isinstance(error, KnotfemError) else repr(error)
+    if driver is not None:
+        with suppress(Exception):
+            driver.finish()
+    with suppress(Exception):
+        run.write_status(state, goal=goal, reason=reason, **(driver.where() if driver is not None else {}))
+    with suppress(Exception):
+        provenance.finish(f"{state}: {reason}")
 
 
 class Driver:
@@ -94,7 +101,7 @@ class Driver:
         self.run, self.scene, self.goal = run, scene, goal
         self.progress, self.stop, self.provenance = progress, stop, provenance
         progress.message("building the model (kernels are compiled on the first run of an installation)")
-        self.model = make_simulation(self.scene)
+        self.model = make_simulation(self.scene, run.path)
         for warning in self.model.warnings:
             progress.message(f"warning: {warning}")
         self.account = self.model.account()
@@ -171,11 +178,9 @@ class Driver:
     def _take(self, step: Step) -> None:
         self.outputs.summary.begin_phase(step.name)
         self.phase, resumed = step.name, self._resume_state
-        origin = resumed["origin"] if resumed else self.motion.x.copy()
-        began = float(resumed["began"]) if resumed else self.motion.time
-        before = self._forces_before()
-        progress = restored_progress(resumed) if resumed else march.Progress.at(self.motion)
-        equations = self.model.equations(step, began, origin, before, progress)
+        underway = Underway.restored(step, resumed) if resumed else self._begun(step)
+        began, origin, progress = underway.began, underway.origin, underway.progress
+        equations = self.model.equations(step, began, origin, underway.before, progress)
         system = equations.system
         if resumed:
             system.restore(resumed["memory"])
@@ -191,7 +196,8 @@ class Driver:
         try:
             for accepted in walk:
                 self.motion = accepted.motion
-                self.watch.check_passage(accepted.start.motion.x, self.motion.x, self.motion.time)
+                if self.scene.contact.enabled:
+                    self.watch.check_passage(accepted.start.motion.x, self.motion.x, self.motion.time)
                 balance = self.account.book(equations, accepted.start, self.motion.x, self.motion.v, origin)
                 resting = rest is not None and rest.reached(self.account.energies, balance)
                 self._fraction = float("nan") if rest is not None else _fraction(walk, began, self.motion.time)
@@ -207,13 +213,13 @@ class Driver:
                     break
                 self._heed_stop()
                 if not done and time.monotonic() - saved > self.scene.output.checkpoint_every:
-                    self._save(step, walk.progress, origin, began, system)
+                    self._save(underway, system)
                     saved = time.monotonic()
             else:
                 if isinstance(step, Relax):
                     raise NotConverged(f"{step.name}: not at rest after {step.longest:g} s")
-        except (NotConverged, KnotLost, Stopped, Interrupted):
-            self._save(step, walk.progress, origin, began, system)
+        except (NotConverged, Stopped, Interrupted):
+            self._save(underway, system)
             raise
         finally:
             self.outputs.summary.book(system)
@@ -245,9 +251,12 @@ class Driver:
             )
         )
 
-    def _forces_before(self) -> dict[str, float]:
-        """Force on each end in the direction in which the coming step loads it."""
-        step = self.scene.steps[self.next_step]
+    def _begun(self, step: Step) -> Underway:
+        start = self.motion
+        return Underway(step, start.time, start.x.copy(), self._forces_before(step), march.Progress.at(start))
+
+    def _forces_before(self, step: Step) -> dict[str, float]:
+        """Force on each end in the direction in which a coming step loads it."""
         ends = {f"{rod}.{side}": end for (rod, side), end in step.all_ends().items() if isinstance(end, Loaded)}
         forces = {}
         for label, end in ends.items():
@@ -257,7 +266,8 @@ class Driver:
 
     def _lost(self, step: Step) -> bool:
         """Whether a knot has come undone: an error in a step that must hold, of interest besides in a release."""
-        if self.knots_before is None or not (step.must_hold or isinstance(step, Release)):
+        watched = self.scene.contact.enabled and (step.must_hold or isinstance(step, Release))
+        if self.knots_before is None or not watched:
             return False
         message = self.watch.lost(self.knots_before, self.watch.name(self.motion.x))
         if not message:
@@ -271,28 +281,26 @@ class Driver:
         if self.run.checkpoints.named(TIED) is None:
             self._save(name=TIED)
 
-    def _save(self, step: Step | None = None, progress=None, origin=None, began=0.0, system=None, name="") -> None:
+    def _save(self, underway: Underway | None = None, system: System | None = None, name: str = "") -> None:
         self.outputs.summary.book(system)
         with self.outputs.summary.output():
-            self._save_checkpoint(step, progress, origin, began, system, name)
+            self._save_checkpoint(underway, system, name)
 
-    def _save_checkpoint(self, step: Step | None, progress, origin, began, system, name: str) -> None:
-        progress = progress or march.Progress.at(self.motion)
+    def _save_checkpoint(self, underway: Underway | None, system: System | None, name: str) -> None:
         memory = {label: effect.memory() for label, effect in labelled(self.model.effects)}
+        between = {"progress": stored_progress(march.Progress.at(self.motion))}
         state = {
-            "progress": stored_progress(progress),
+            **(between if underway is None else underway.stored()),
             "memory": system.memory() if system is not None else memory,
-            "origin": progress.motion.x if origin is None else origin,
-            "began": began,
             "account": self.account.state(),
-            "model": self.model.state(inside=system is not None),
+            "model": self.model.state(inside=underway is not None),
             "knots_before": self.knots_before,
             "outputs": self.outputs.state_for_checkpoint(),
         }
         metadata = {
             "goal": self.goal,
             "next_step": self.next_step,
-            "inside": step.name if step is not None else "",
+            "inside": "" if underway is None else underway.step.name,
             **self.outputs.rows(),
         }
         self.run.checkpoints.save(state, metadata, name)

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
+from knotfem.errors import InputError
 from knotfem.run.account import Balance, Energies
 from knotfem.run.machine import usable_threads
 from knotfem.run.simulation import Simulation
 from knotfem.scene.model import Scene
-from knotfem.scene.steps import Pull, Relax, Release, Step
+from knotfem.scene.steps import Load, Pull, Relax, Release, Step
 from knotfem.solver import march
 from knotfem.solver.effect import Motion
 from knotfem.solver.newton import NewtonSettings
@@ -75,6 +76,46 @@ class AtRest:
     def reached(self, energies: Energies, balance: Balance) -> bool:
         """Whether an accepted step ended at rest."""
         return balance.unrest < self.force and energies.kinetic <= self.share * max(energies.elastic, 1e-300)
+
+
+@dataclass(frozen=True, eq=False)
+class Underway:
+    """A step that has begun, as a checkpoint within it keeps it.
+
+    Attributes:
+        step: of the scene.
+        began: when [s].
+        origin: state at that time, shape [nodes, unknowns].
+        before: force of each loaded end at that time [N], by label.
+        progress: how far the march has come.
+    """
+
+    step: Step
+    began: float
+    origin: np.ndarray
+    before: dict[str, float]
+    progress: march.Progress
+
+    @classmethod
+    def restored(cls, step: Step, state: dict[str, Any]) -> Underway:
+        """From a checkpoint within the step.
+
+        Raises:
+            InputError: it lacks the forces that a load sets out from.
+        """
+        if isinstance(step, Load) and "before" not in state:
+            raise InputError(
+                "the checkpoint is of an older version, without the forces at the start of the load",
+                key=f"steps.{step.name}",
+                expected="a new run",
+            )
+        before = state.get("before", {})
+        return cls(step, float(state["began"]), state["origin"], before, restored_progress(state))
+
+    def stored(self) -> dict[str, Any]:
+        """For a checkpoint."""
+        start = {"began": self.began, "origin": self.origin, "before": self.before}
+        return {"progress": stored_progress(self.progress), **start}
 
 
 def stored_progress(progress: march.Progress) -> dict[str, Any]:

@@ -103,7 +103,8 @@ class Rehearsal:
         try:
             for accepted in march_of(model, step, equations.system, progress, motion.time):
                 x = accepted.motion.x
-                watch.check_passage(accepted.start.motion.x, x, accepted.motion.time)
+                if model.scene.contact.enabled:
+                    watch.check_passage(accepted.start.motion.x, x, accepted.motion.time)
                 balance = account.book(equations, accepted.start, x, accepted.motion.v, origin)
                 self._note(accepted, balance)
                 yield Passed(step, accepted, balance, account.energies.missing, account.energies.friction)

@@ -13,6 +13,7 @@ from knotfem.run.directory import RunDirectory
 from knotfem.run.profile import tension
 from knotfem.run.stop import StopRequest
 from knotfem.run.tables import read_table
+from knotfem.run.watch import KnotWatch
 from knotfem.scene import load_scene
 
 COARSE = (
@@ -90,32 +91,56 @@ def test_contacts_lie_on_the_rod_and_rub_within_their_limit(pulled):
     assert set(found["other"]) == {"rod"}
 
 
-def in_pull(run: RunDirectory) -> int:
-    """How often a pull of the run asked whether to stop, nearly to its middle: amid the iterations of a step."""
-    force = read_table(run.path / "force.csv")
-    return int(force["newton_iterations"].sum() + force["time_s"].size) // 2
-
-
-def test_stopped_run_goes_on_to_the_same_bits(pulled, tmp_path, monkeypatch):
-    scene = pulled.scene
-    run = RunDirectory.create(scene, tmp_path / "stopped")
-    summary = pulled.read_summary()
-    calls = {"left": summary["newton_iterations"] + summary["steps"] - in_pull(pulled)}
+def stop_after(asked: int, patch: pytest.MonkeyPatch) -> None:
+    """Let a stop be due once a run has asked so often; a run asks before each Newton iteration and after each step."""
+    calls = {"left": asked}
 
     def due(self) -> bool:
         calls["left"] -= 1
         return calls["left"] < 0
 
+    patch.setattr(StopRequest, "due", property(due))
+
+
+def stopped_halfway(scene, path, whole: RunDirectory, monkeypatch) -> RunDirectory:
+    """A run of the scene that is stopped amid its last step, amid the iterations of a time step, and resumed."""
+    run = RunDirectory.create(scene, path)
+    summary, force = whole.read_summary(), read_table(whole.path / "force.csv")
+    in_last = int(force["newton_iterations"].sum() + force["time_s"].size)
     with monkeypatch.context() as patch:
-        patch.setattr(StopRequest, "due", property(due))
+        stop_after(summary["newton_iterations"] + summary["steps"] - in_last // 2, patch)
         with pytest.raises(Stopped):
             driver.pull(scene, run)
     assert run.read_status()["state"] == "stopped"
     driver.resume(RunDirectory.open(run.path))
-    for table in ("force.csv", "tension.csv", "contacts.csv"):
-        whole, halved = rows(pulled, table), rows(run, table)
-        for name, values in whole.items():
-            assert np.array_equal(values, halved[name]), f"{table}: {name}"
+    return run
+
+
+def assert_same_bits(whole: RunDirectory, other: RunDirectory, *tables: str) -> None:
+    for table in tables:
+        expected, found = rows(whole, table), rows(other, table)
+        for name, values in expected.items():
+            assert np.array_equal(values, found[name]), f"{table}: {name}"
+
+
+def test_stopped_run_goes_on_to_the_same_bits(pulled, tmp_path, monkeypatch):
+    run = stopped_halfway(pulled.scene, tmp_path / "stopped", pulled, monkeypatch)
+    assert_same_bits(pulled, run, "force.csv", "tension.csv", "contacts.csv")
+
+
+LOADED = (
+    "rods.0.mesh.section_elements=4", "rods.0.mesh.element_length=8 mm", "output.fields=false", "solver.threads=1",
+    'steps=[{kind="load",duration="1 s",ends={rod={end={motion="loaded",force="0.02 N",direction=[1,0,0]}}}}]',
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_stopped_load_goes_on_to_the_same_bits(tmp_path, monkeypatch, model):
+    scene = load_scene("cantilever", [f"model={model}", *LOADED])
+    whole = RunDirectory.create(scene, tmp_path / "whole")
+    driver.pull(scene, whole)
+    run = stopped_halfway(scene, tmp_path / "stopped", whole, monkeypatch)
+    assert_same_bits(whole, run, "force.csv", "tension.csv")
 
 
 def test_state_after_a_step_is_gone_on_from_to_the_same_bits(tmp_path):
@@ -125,9 +150,7 @@ def test_state_after_a_step_is_gone_on_from_to_the_same_bits(tmp_path):
     driver.pull(scene, once)
     driver.tie(scene, twice)
     driver.pull(scene, twice)
-    for table in ("force.csv", "tension.csv", "twist.csv"):
-        whole, halved = rows(once, table), rows(twice, table)
-        assert all(np.array_equal(values, halved[name]) for name, values in whole.items())
+    assert_same_bits(once, twice, "force.csv", "tension.csv", "twist.csv")
 
 
 def test_paths_of_the_mapping_end_in_the_same_equilibrium(tmp_path):
@@ -154,9 +177,39 @@ def test_hopeless_tolerance_is_a_failure_with_its_state_saved(tmp_path, model):
     assert json.loads((run.path / "provenance.json").read_text())
 
 
+LIMP = ("contact.stiffness_over_modulus=1e-9", "contact.line_stiffness_over_hertz=1e-9")
+"""Contact that holds nothing back."""
+
+
+def assert_lost(run: RunDirectory, message: str) -> None:
+    """The run ends with a lost knot, and with the same when it is resumed."""
+    with pytest.raises(KnotLost, match=message) as first:
+        driver.pull(run.scene, run)
+    with pytest.raises(KnotLost) as again:
+        driver.resume(RunDirectory.open(run.path))
+    assert str(again.value) == str(first.value)
+    assert run.read_status()["state"] == "failed"
+
+
+def test_strand_that_passes_through_another_ends_the_run(tmp_path):
+    scene = coarse("model=rod", *LIMP, "steps.1.displacement=120 mm")
+    assert_lost(RunDirectory.create(scene, tmp_path / "run"), "passed through")
+
+
+def test_knot_that_is_lost_at_the_end_of_a_step_ends_the_run(tmp_path, monkeypatch):
+    monkeypatch.setattr(KnotWatch, "check_passage", lambda *arguments: None)
+    pull = '{kind="pull",displacement="120 mm",speed="4 mm/s",ends={rod={start={motion="driven",direction=[1,0,0]}}}}'
+    scene = coarse("model=rod", *LIMP, f"steps=[{pull}]", "output.every_displacement=120 mm")
+    assert_lost(RunDirectory.create(scene, tmp_path / "run"), "pull: .* come undone")
+
+
 @pytest.mark.parametrize("model", MODELS)
-def test_strand_that_passes_through_another_ends_the_run(tmp_path, model):
+def test_without_contact_no_knot_is_watched_over(tmp_path, monkeypatch, model):
+    calls = []
+    monkeypatch.setattr(KnotWatch, "check_passage", lambda *arguments: calls.append("passage"))
+    monkeypatch.setattr(KnotWatch, "lost", lambda *arguments: calls.append("lost"))
     scene = coarse(f"model={model}", "contact.enabled=false", "steps.1.displacement=120 mm")
     run = RunDirectory.create(scene, tmp_path / "run")
-    with pytest.raises(KnotLost, match="passed through"):
-        driver.pull(scene, run)
+    driver.pull(scene, run)
+    assert not calls
+    assert run.read_summary()["knot_before"] == "3_1"
