@@ -28,6 +28,8 @@ TWIST_COLUMNS = (
     "displacement_mm", "arclength_mm", "s_over_L", "twist_rad_per_mm", "torque_Nmm", "curvature_per_mm",
     "bending_moment_Nmm", "rod", "time_s",
 )  # fmt: skip
+TEXT_COLUMNS = frozenset({"step", "rod", "other", "state"})
+"""Columns of names, which stay text also where they look like numbers."""
 
 Value = float | int | str | np.generic
 
@@ -117,7 +119,7 @@ def read_table(path: Path) -> dict[str, np.ndarray]:
         path: the file.
 
     Returns:
-        Columns by name, each of shape [rows]: floats, or text where a column holds text.
+        Columns by name, each of shape [rows]: text in `TEXT_COLUMNS` and where a cell is no number, else floats.
 
     Raises:
         InputError: missing, empty or damaged.
@@ -135,7 +137,7 @@ def read_table(path: Path) -> dict[str, np.ndarray]:
                 found=f"{len(row)} fields",
                 expected=str(len(header)),
             )
-    return {name: _column([row[index] for row in rows]) for index, name in enumerate(header)}
+    return {name: _column(name, [row[index] for row in rows]) for index, name in enumerate(header)}
 
 
 def write_table(path: Path, columns: Mapping[str, np.ndarray]) -> None:
@@ -157,7 +159,9 @@ def table_text(columns: Mapping[str, np.ndarray]) -> str:
     return _text([list(columns), *zip(*values, strict=True)])
 
 
-def _column(cells: list[str]) -> np.ndarray:
+def _column(name: str, cells: list[str]) -> np.ndarray:
+    if name in TEXT_COLUMNS:
+        return np.array(cells, dtype=str)
     try:
         return np.array([float(cell) for cell in cells])
     except ValueError:

@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from knotfem.errors import KnotLost, NotConverged, Stopped
+from knotfem.errors import InputError, KnotLost, NotConverged, Stopped
 from knotfem.run import driver
 from knotfem.run.directory import RunDirectory
 from knotfem.run.profile import tension
@@ -213,3 +213,37 @@ def test_without_contact_no_knot_is_watched_over(tmp_path, monkeypatch, model):
     driver.pull(scene, run)
     assert not calls
     assert run.read_summary()["knot_before"] == "3_1"
+
+
+def full(self) -> None:
+    raise InputError("No space left")
+
+
+@pytest.mark.parametrize(
+    "error", [AssertionError("a bug"), MemoryError(), KeyboardInterrupt(), NotConverged("hopeless")]
+)
+def test_whatever_ends_a_run_is_recorded_and_raised_also_on_a_full_disk(tmp_path, monkeypatch, error):
+    def end(self) -> None:
+        raise error
+
+    monkeypatch.setattr(driver.Driver, "go", end)
+    monkeypatch.setattr(driver.Driver, "finish", full)
+    scene = load_scene("cantilever", LOADED)
+    run = RunDirectory.create(scene, tmp_path / "run")
+    with pytest.raises(type(error)) as raised:
+        driver.pull(scene, run)
+    assert raised.value is error
+    assert run.read_status()["state"] == "failed"
+    provenance = json.loads((run.path / "provenance.json").read_text())
+    assert provenance["exit_reason"].startswith("failed: ")
+    assert provenance["end"] is not None
+
+
+def test_run_that_cannot_write_its_summary_has_failed(tmp_path, monkeypatch):
+    monkeypatch.setattr(driver.Driver, "go", lambda self: None)
+    monkeypatch.setattr(driver.Driver, "finish", full)
+    scene = load_scene("cantilever", LOADED)
+    run = RunDirectory.create(scene, tmp_path / "run")
+    with pytest.raises(InputError, match="No space left"):
+        driver.pull(scene, run)
+    assert run.read_status()["state"] == "failed"

@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from knotfem.run.stepping import march_of
+from knotfem.errors import InputError
+from knotfem.run.stepping import Underway, march_of
 from knotfem.scene import load_scene
 from knotfem.solver.march import StepControl
 
@@ -28,3 +29,9 @@ def test_driven_end_moves_at_most_as_far_as_the_scene_says():
 def test_first_step_is_no_longer_than_the_limit():
     control = control_of("solver.move_over_diameter=0.01")
     assert 4.0 * control.first == pytest.approx(control.move) == 0.06
+
+
+def test_checkpoint_of_an_older_version_amid_a_load_is_refused():
+    load = load_scene("capstan").steps[1]
+    with pytest.raises(InputError, match=r"steps\.load: the checkpoint is of an older version"):
+        Underway.restored(load, {"began": 0.0})

@@ -55,6 +55,15 @@ def test_integers_and_text_stay_what_they_are(tmp_path: Path) -> None:
     assert read_table(table.path)["rod"].tolist() == ["a, b"]
 
 
+@pytest.mark.parametrize("column", ["step", "rod", "other", "state"])
+def test_names_that_look_like_numbers_stay_text(tmp_path: Path, column: str) -> None:
+    table = Table(tmp_path / "t.csv", ("a_mm", column))
+    table.extend({"a_mm": 1.0, column: name} for name in ("1", "nan", "02"))
+    read = read_table(table.path)
+    assert read[column].tolist() == ["1", "nan", "02"]
+    assert read["a_mm"].tolist() == [1.0, 1.0, 1.0]
+
+
 def test_rows_go_on_after_reopening(table: Table) -> None:
     again = Table(table.path, table.columns)
     assert again.rows == 4
