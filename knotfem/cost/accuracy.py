@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from knotfem.cost.records import Record, Setting, class_of, softest, stored, thinnest
+from knotfem.cost.likeness import class_of, frictions_of, softest, thinnest, window_of
+from knotfem.cost.records import Record, Setting, stored
 from knotfem.errors import InputError
 from knotfem.scene.load import load_scene
 from knotfem.scene.model import Scene
@@ -36,34 +38,63 @@ def parse_share(text: str) -> float:
     return value
 
 
-def recommended(
-    scene: Scene, target: float, records: Sequence[Record], model: str | None = None
-) -> tuple[Record, Setting]:
-    """The cheapest settings within a target: of the scene itself where it was measured, else of its class.
+def recommended(scene: Scene, target: float, records: Sequence[Record]) -> tuple[Record, Setting]:
+    """The cheapest settings within a target: of the scene itself where it was measured, else of the nearest alike.
+
+    Errors against the limit of the scene's own model count, and those of its model against hexahedra. A scene that
+    names its model keeps it.
 
     Args:
         scene: to be run.
         target: largest relative error.
         records: measured ones.
-        model: that must be kept, or none.
 
     Raises:
         InputError: none is that accurate.
     """
-    kind = class_of(scene)
-    alike = [record for record in records if record.scene_class == kind]
+    alike = [record for record in records if record.scene_class == class_of(scene)]
     own = [record for record in alike if record.scene == scene.name]
-    found = [(record, s) for record in own or alike for s in record.settings if model in (None, s.model)]
-    good = [(record, s) for record, s in found if s.bound <= target]
-    if good:
-        return min(good, key=lambda pair: pair[1].cpu_s)
-    known = (
-        f"{min(s.bound for _, s in found):.2%} or more (knotfem cost {scene.name} measures finer settings)"
-        if found
-        else f"a scene of a class that was measured: knotfem cost {scene.name} --store measures this one"
-    )
-    problem = f"no settings were measured to be that accurate for scenes of the class {kind}"
-    raise InputError(problem, key="--accuracy", found=f"{target:.2%}", expected=known)
+    found = _promised(scene, own) or _promised(scene, alike)
+    good = [(record, setting) for record, setting in found if setting.bound <= target]
+    if not good:
+        raise _refusal(scene, target, alike, found)
+    nearest = min((record for record, _ in good), key=lambda record: (_distance(scene, record), record.model != "fem"))
+    return min((pair for pair in good if pair[0] is nearest), key=lambda pair: pair[1].cpu_s)
+
+
+def _promised(scene: Scene, records: Sequence[Record]) -> list[tuple[Record, Setting]]:
+    """Settings whose errors hold for a scene and its model."""
+    named = "model" in scene.model_fields_set
+    return [
+        (record, setting)
+        for record in records
+        for setting in record.settings
+        if (setting.model == scene.model or not named)
+        and (record.model == scene.model or (record.model == "fem" and setting.model == scene.model))
+    ]
+
+
+def _distance(scene: Scene, record: Record) -> float:
+    """How far a scene is from a measured one of its class: in the window, as a ratio, and in friction."""
+    window = abs(math.log((1.0 + window_of(scene)) / (1.0 + record.window)))
+    return window + sum(abs(a - b) for a, b in zip(frictions_of(scene), record.frictions, strict=True))
+
+
+def _refusal(
+    scene: Scene, target: float, alike: Sequence[Record], found: Sequence[tuple[Record, Setting]]
+) -> InputError:
+    what, key = f"scenes of the class {class_of(scene)}", "--accuracy"
+    if not alike:
+        expected = f"a scene of a class that was measured: knotfem cost {scene.name} --store measures this one"
+        return InputError(f"no settings were measured for {what}", key=key, expected=expected)
+    if not found:
+        problem = f"{what} were measured with other models only"
+        expected = f"another model, or knotfem cost {scene.name} --model {scene.model} --store"
+        return InputError(problem, key=key, found=f"model {scene.model}", expected=expected)
+    finest = min(setting.bound for _, setting in found)
+    expected = f"{finest:.2%} or more (knotfem cost {scene.name} measures finer settings)"
+    problem = f"no settings were measured to be that accurate for {what}"
+    return InputError(problem, key=key, found=f"{target:.2%}", expected=expected)
 
 
 def accurate_overrides(source: str, overrides: Sequence[str], accuracy: str) -> tuple[tuple[str, ...], str]:
@@ -85,8 +116,7 @@ def accurate_overrides(source: str, overrides: Sequence[str], accuracy: str) -> 
         if any(re.fullmatch(pattern, key) for pattern in GOVERNED):
             raise InputError("--accuracy decides this", file="--set", key=key, expected="either of the two")
     scene = load_scene(source, overrides)
-    asked = [override.partition("=")[2] for override in overrides if override.partition("=")[0].strip() == "model"]
-    record, setting = recommended(scene, target, stored(), asked[-1].strip() if asked else None)
+    record, setting = recommended(scene, target, stored())
     chosen = [
         *_applied(scene, setting),
         f"accuracy.wanted={target!r}",
@@ -95,19 +125,58 @@ def accurate_overrides(source: str, overrides: Sequence[str], accuracy: str) -> 
         f'accuracy.scene="{record.scene}"',
         f'accuracy.rung="{setting.rung}"',
     ]
-    says = (
-        f"{target:.2%} in the {record.quantity}: settings of {setting.rung}, measured on {record.scene} "
+    return (*chosen, *overrides), _says(scene, target, record, setting)
+
+
+def _says(scene: Scene, target: float, record: Record, setting: Setting) -> str:
+    extrapolated = _differences(scene, record)
+    return (
+        f"{target:.2%} in the {record.quantity}: settings of {setting.rung} ({', '.join(_figures(scene, setting))}), "
+        f"measured on {record.scene} against the limit of the model {record.model} "
         f"({record.date}, knotfem {record.version}): error {setting.error:.2%} +- {setting.uncertainty:.2%}, "
-        f"{setting.wall_s / 60.0:.1f} min there for a pull of {record.window:.3g} d"
+        f"{setting.wall_s / 60.0:.1f} min there ({record.machine.get('processor', 'another machine')}, "
+        f"{record.machine.get('processors', 1)} processors) for a pull of {record.window:.3g} d"
+        + (f"; an extrapolation: {', '.join(extrapolated)}" if extrapolated else "")
     )
-    return (*chosen, *overrides), says
+
+
+def _differences(scene: Scene, record: Record) -> list[str]:
+    """What makes a measured scene another one."""
+    window, frictions = window_of(scene), frictions_of(scene)
+    found = [] if record.scene == scene.name else ["another scene"]
+    if not math.isclose(window, record.window, rel_tol=1e-6):
+        found.append(f"a pull of {record.window:.3g} d there and {window:.3g} d here")
+    if not all(math.isclose(a, b, rel_tol=1e-6) for a, b in zip(frictions, record.frictions, strict=True)):
+        there, here = (", ".join(f"{value:g}" for value in values) for values in (record.frictions, frictions))
+        found.append(f"friction {there} there and {here} here")
+    return found
+
+
+def _figures(scene: Scene, setting: Setting) -> list[str]:
+    """The settings that a model reads, for people."""
+    solid = setting.model == "fem"
+    changed = "" if setting.model == scene.model else f" in place of {scene.model}"
+    section = [f"element {setting.element}", f"section of {setting.section_elements} elements"] if solid else []
+    penalty = [f"penalty {setting.stiffness:g}"] if solid and scene.contact.enabled else []
+    return [
+        f"model {setting.model}{changed}",
+        *section,
+        f"slices of {setting.element_length:.3g} d",
+        f"step {setting.move:g} d",
+        *penalty,
+        f"tolerance {_tolerance(scene, setting):.4g} N",
+    ]
+
+
+def _tolerance(scene: Scene, setting: Setting) -> float:
+    return setting.tolerance * softest(scene) * thinnest(scene) ** 2
 
 
 def _applied(scene: Scene, setting: Setting) -> list[str]:
     overrides = [
         f"model={setting.model}",
         f"solver.move_over_diameter={setting.move!r}",
-        f"solver.force_tolerance={setting.tolerance * softest(scene) * thinnest(scene) ** 2!r} N",
+        f"solver.force_tolerance={_tolerance(scene, setting)!r} N",
         f"contact.stiffness_over_modulus={setting.stiffness!r}",
         f"contact.sample_spacing_over_diameter={setting.sample_spacing!r}",
         f"contact.stick_over_diameter={setting.stick!r}",

@@ -15,7 +15,7 @@ from typing import Literal
 
 from knotfem.cost.expect import START_SECONDS, expected_memory, expected_seconds
 from knotfem.cost.ladders import BASE, Rung
-from knotfem.errors import InputError, Interrupted, KnotfemError, Stopped
+from knotfem.errors import InputError, Interrupted, KnotfemError, KnotLost, NotConverged, Stopped
 from knotfem.run.directory import RunDirectory
 from knotfem.run.stop import StopRequest
 from knotfem.scene.model import Scene
@@ -27,6 +27,8 @@ WORKER = (sys.executable, "-m", "knotfem.cost.worker")
 LOG = "worker.log"
 STOPPED = (Stopped.exit_code, Interrupted.exit_code, -signal.SIGTERM, -signal.SIGINT)
 """Exit codes of processes that were asked to stop, also before they could write a checkpoint."""
+FAILURES = {kind.exit_code: kind for kind in (InputError, NotConverged, KnotLost)}
+"""Failures that are results, by exit code; any other end is a crash."""
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
@@ -37,10 +39,12 @@ class Outcome:
     Attributes:
         state: "done"; "failed", which is a result; "stopped" with a checkpoint; "left out" by the budget.
         reason: why it is not done.
+        exit_code: of a failed one's process.
     """
 
     state: State
     reason: str = ""
+    exit_code: int = 0
 
 
 @dataclass(eq=False)
@@ -109,7 +113,7 @@ class Campaign:
         except InputError as error:
             if rung.name == BASE:
                 raise
-            self.outcomes[rung.name] = Outcome("failed", str(error))
+            self.outcomes[rung.name] = Outcome("failed", str(error), error.exit_code)
             return False
         return True
 
@@ -125,7 +129,10 @@ class Campaign:
         state = run.read_status() if (run.path / "status.json").exists() else {"state": "stopped"}
         if state["state"] not in ("done", "failed"):
             return False
-        self.outcomes[rung.name] = Outcome(state["state"], str(state.get("reason", "")))
+        code = int(state.get("exit_code", NotConverged.exit_code)) if state["state"] == "failed" else 0
+        if code and code not in FAILURES:
+            return False
+        self.outcomes[rung.name] = Outcome(state["state"], str(state.get("reason", "")), code)
         if state["state"] == "done":
             self._learn(scene, START_SECONDS + _spent(run))
         self.tell(f"{rung.name}: {state['state']} already")
@@ -179,7 +186,7 @@ class Campaign:
             self.outcomes[rung.name] = Outcome("stopped", "out of time or asked to; the same command goes on")
         else:
             crashed = f"the process ended with {code}, see {run.path / LOG}; the same command tries again"
-            self.outcomes[rung.name] = Outcome("failed", reason or crashed)
+            self.outcomes[rung.name] = Outcome("failed", reason if reason and code in FAILURES else crashed, code)
         outcome = self.outcomes[rung.name]
         self.tell(f"{rung.name}: {outcome.state} after {seconds:.0f} s" + (f", {outcome.reason}" if code else ""))
 

@@ -15,7 +15,7 @@ class Option:
 
     Attributes:
         rung: what it sets.
-        error: against the ladder's own limit, with the limit's uncertainty.
+        error: its own one, with the uncertainty of the limit that it is taken against.
         cost: CPU seconds over those of the base.
     """
 
@@ -24,20 +24,20 @@ class Option:
     cost: float
 
 
-def combine(options: Mapping[str, Sequence[Option]], target: float) -> Rung | None:
+def combine(families: Sequence[Mapping[str, Sequence[Option]]], target: float) -> Rung | None:
     """The combination of one rung of each ladder that is expected to be cheapest within an error.
 
     Errors of separate choices are taken to add up and their costs to multiply.
 
     Args:
-        options: rungs by ladder, the base among them.
+        families: ladders whose errors add up, each with its rungs, the base among them.
         target: largest sum of errors.
 
     Returns:
         None where no combination is that accurate, or where the best one is a rung already.
     """
     best, least = None, float("inf")
-    for parts in product(*options.values()):
+    for parts in (parts for options in families for parts in product(*options.values())):
         cost = 1.0
         for part in parts:
             cost *= part.cost

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +19,8 @@ NOISE = 1e-5
 
 APART = 1.1
 """Rungs whose sizes differ by less say nothing about an order."""
+MESH = ("section", "slice")
+"""Ladders that refine the mesh alone, which another element stands for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,14 +30,16 @@ class Reference:
     Attributes:
         value: shape [n].
         scale: what errors are divided by, see `scale_of`.
-        uncertainty: of the reference itself, as a share of the scale.
+        uncertainty: of the reference itself, as a share of the scale; infinite where nothing bounds it.
         source: for people.
+        lacks: ladders without whose limits it is no bound.
     """
 
     value: np.ndarray
     scale: float
     uncertainty: float
     source: str
+    lacks: tuple[str, ...] = ()
 
     def error(self, value: np.ndarray) -> float:
         """Relative error of a value, in the L2 sense where it is a curve."""
@@ -69,20 +73,43 @@ def falling(rungs: Sequence[Measured]) -> list[Measured]:
     return found[::-1]
 
 
+def added_up(base: np.ndarray, limits: Mapping[str, Limit]) -> Limit:
+    """The scene as it is plus what each ladder's limit adds to it: errors of separate choices add up to first order.
+
+    Args:
+        base: a quantity in the scene as it is, shape [n].
+        limits: by ladder, one at least.
+    """
+    value = base + sum((limit.value - base for limit in limits.values()), np.zeros_like(base))
+    uncertainty = sum(limit.uncertainty for limit in limits.values())
+    return Limit(value, uncertainty, None, f"limits of {', '.join(limits)} added up")
+
+
+def mesh_limit(base: np.ndarray, limits: Mapping[str, Limit]) -> Limit | None:
+    """Limit of the mesh with all else as it is; None without the limits of section and slice."""
+    found = {ladder: limits[ladder] for ladder in MESH if ladder in limits}
+    return added_up(base, found) if len(found) == len(MESH) else None
+
+
 def references(
-    name: str, base: np.ndarray, limits: dict[str, Limit], theory: ClosedForm | None = None
+    name: str,
+    base: np.ndarray,
+    limits: dict[str, Limit],
+    theory: ClosedForm | None = None,
+    needed: Sequence[str] = (),
 ) -> list[Reference]:
     """References that a quantity has, the least uncertain first.
 
     Penetrations have an exact one, none. Else: the limit of the ladder that refines everything; the scene as it is
-    plus what each other ladder's limit adds to it, uncertain by the sum of theirs (errors of separate choices add up
-    to first order); the closed form.
+    plus what each other ladder's limit adds to it, uncertain by the sum of theirs, without bound where one is missing;
+    the closed form.
 
     Args:
         name: of the quantity.
         base: its value in the scene as it is, shape [n].
         limits: by ladder.
         theory: the scene's closed form.
+        needed: ladders that the scene has, `uniform` left out.
     """
     scale = scale_of(name, base)
     if name == "penetration":
@@ -93,17 +120,17 @@ def references(
         found.append(_reference(name, limit.value, limit.uncertainty, f"all refined at once, {_said(limit)}"))
     single = {ladder: limit for ladder, limit in limits.items() if ladder != "uniform"}
     if single:
-        value = base + sum((limit.value - base for limit in single.values()), np.zeros_like(base))
-        uncertainty = sum(limit.uncertainty for limit in single.values())
-        found.append(_reference(name, value, uncertainty, f"limits of {', '.join(single)} added up"))
+        limit, lacks = added_up(base, single), tuple(ladder for ladder in needed if ladder not in single)
+        source = f"{limit.verdict}; lacks {', '.join(lacks)}" if lacks else limit.verdict
+        found.append(_reference(name, limit.value, float("inf") if lacks else limit.uncertainty, source, lacks))
     if theory is not None and theory.quantity == name:
         found.append(Reference(np.full(1, theory.value), abs(theory.value), theory.bound, theory.source))
     return sorted(found, key=lambda reference: reference.uncertainty)
 
 
-def _reference(name: str, value: np.ndarray, uncertainty: float, source: str) -> Reference:
+def _reference(name: str, value: np.ndarray, uncertainty: float, source: str, lacks: tuple[str, ...] = ()) -> Reference:
     scale = scale_of(name, value)
-    return Reference(value, scale, uncertainty / scale, source)
+    return Reference(value, scale, uncertainty / scale, source, lacks)
 
 
 def _said(limit: Limit) -> str:

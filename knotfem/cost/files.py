@@ -18,14 +18,17 @@ from knotfem.run.tables import write_table
 
 
 def write_study(study: Study, folder: Path) -> None:
-    """Write table, plot and, where the table has a reference, the recommendation.
+    """Write table, plot and, where the table has a bounded reference, the recommendation; else remove an older one.
 
     Raises:
         InputError: nothing can be written there.
     """
     write_table(folder / "cost.csv", csv_columns(study))
-    if study.references[study.main]:
-        write_json(folder / "recommendation.json", asdict(record_of(study)))
+    recommendation = folder / "recommendation.json"
+    if study.bounded:
+        write_json(recommendation, asdict(record_of(study)))
+    else:
+        recommendation.unlink(missing_ok=True)
     plot(study, folder / "cost.png")
 
 
@@ -61,7 +64,7 @@ def plot(study: Study, out: Path) -> None:
         points(study.front, study.trusted),
         out,
         label=LABELS[study.main],
-        uncertainty=study.references[study.main][0].uncertainty if study.references[study.main] else 0.0,
+        uncertainty=study.references[study.main][0].uncertainty if study.bounded else 0.0,
         unordered=[name for name in study.ladders if name not in SIZED],
         title=study.scene.name,
     )

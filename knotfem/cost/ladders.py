@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from knotfem import shipped
+from knotfem.cost.likeness import frictions_of
 from knotfem.effects import formulation
 from knotfem.errors import InputError
 from knotfem.names import suggestion
@@ -103,19 +104,18 @@ def _ladder(name: str, scene: Scene) -> list[Rung]:
     if name == "model":
         other = "rod" if solid else "fem"
         return [Rung(f"model-{other}", name, f"model {other}", None, (f"model={other}",))]
-    has = {"penalty": contact and solid, "sampling": contact, "stick": _rubs(scene), "step": bool(scene.steps)}
+    has = {
+        "penalty": contact and solid,
+        "sampling": contact,
+        "stick": solid and any(frictions_of(scene)),
+        "step": bool(scene.steps),
+    }
     if name not in SIZES or not has.get(name, True):
         return []
     change = _CHANGES[name]
     return [
         Rung(f"{name}-x{size:g}", name, _says(change(scene, size)), size, change(scene, size)) for size in SIZES[name]
     ]
-
-
-def _rubs(scene: Scene) -> bool:
-    names = [rod.name for rod in scene.rods]
-    others = [*names, *(obstacle.name for obstacle in scene.obstacles)]
-    return scene.contact.enabled and any(scene.friction_between(a, b) > 0.0 for a in names for b in others)
 
 
 def _sections(scene: Scene) -> list[int]:

@@ -12,12 +12,12 @@ from typing import Any
 
 import knotfem
 from knotfem.cost.ladders import SIZED
+from knotfem.cost.likeness import class_of, frictions_of, softest, thinnest, window_of
 from knotfem.cost.study import Study
 from knotfem.errors import InputError
-from knotfem.run.files import read_json, write_json
+from knotfem.run.files import cannot_write, read_json, write_json
 from knotfem.run.machine import usable_threads
 from knotfem.scene.model import Scene
-from knotfem.scene.steps import Pull
 
 
 @dataclass(frozen=True)
@@ -63,9 +63,11 @@ class Record:
 
     Attributes:
         scene: its name.
+        model: "fem" or "rod", whose limit the errors are taken against.
         scene_class: see `class_of`.
         quantity: that the errors are of.
-        window: pulled displacement over d.
+        window: see `window_of`.
+        frictions: see `frictions_of`.
         settings: by rising cost.
         reference: what errors are taken against.
         version: of knotfem.
@@ -74,9 +76,11 @@ class Record:
     """
 
     scene: str
+    model: str
     scene_class: str
     quantity: str
     window: float
+    frictions: tuple[float, float]
     settings: tuple[Setting, ...]
     reference: str
     version: str
@@ -84,37 +88,31 @@ class Record:
     machine: dict[str, Any]
 
 
-def class_of(scene: Scene) -> str:
-    """Class of scenes that share recommendations: what touches what."""
-    if not scene.contact.enabled:
-        return "free-rod"
-    if scene.obstacles:
-        return "rod-on-obstacle"
-    return "knot" if len(scene.rods) == 1 else "several-rods"
-
-
 def record_of(study: Study) -> Record:
     """What a cost table recommends: its Pareto front.
 
     Raises:
-        InputError: the table has no reference.
+        InputError: the table has no reference, or none that is bounded.
     """
     if not study.references[study.main]:
         raise InputError("the ladders give no reference", expected=f"one of {', '.join(SIZED)} among them")
     reference = study.references[study.main][0]
+    if reference.lacks:
+        lacking = f"{', '.join(reference.lacks)} with a rung that is done, or uniform"
+        raise InputError("nothing bounds the reference", key="--store", found=reference.source, expected=lacking)
     settings = []
     for entry in study.front:
         assert entry.scene is not None, "the front is done"
         cost = (entry.cpu["total"], entry.wall["total"], entry.counts["peak_memory_mb"])
         figures = (entry.rung.name, study.trusted(entry), reference.uncertainty, *cost)
         settings.append(Setting(*figures, **_dimensionless(entry.scene)))
-    diameter = thinnest(study.scene)
-    window = sum(step.displacement for step in study.scene.loading_steps if isinstance(step, Pull)) / diameter
     return Record(
         study.scene.name,
+        study.scene.model,
         class_of(study.scene),
         study.main,
-        window,
+        window_of(study.scene),
+        frictions_of(study.scene),
         tuple(settings),
         reference.source,
         knotfem.__version__,
@@ -129,15 +127,27 @@ def user_file() -> Path:
     return Path(home) / "knotfem" / "recommendations.json"
 
 
-def store(record: Record, path: Path) -> None:
-    """Put a record into a file, in place of an older one of the same scene.
+def store(record: Record, path: Path) -> Record | None:
+    """Put a record into a file, in place of an older one of the same scene and model.
+
+    Returns:
+        The one that it replaces, if any.
 
     Raises:
         InputError: the file cannot be read or written.
     """
-    kept = [old for old in (_read(path) if path.exists() else []) if old.scene != record.scene]
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_json(path, {"measured": [asdict(entry) for entry in sorted([*kept, record], key=lambda entry: entry.scene)]})
+
+    def key(entry: Record) -> tuple[str, str]:
+        return entry.scene, entry.model
+
+    kept = {key(entry): entry for entry in (_read(path) if path.exists() else [])}
+    replaced = kept.pop(key(record), None)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise cannot_write(path, error) from error
+    write_json(path, {"measured": [asdict(entry) for entry in sorted([*kept.values(), record], key=key)]})
+    return replaced
 
 
 def stored() -> list[Record]:
@@ -166,16 +176,6 @@ def _dimensionless(scene: Scene) -> dict[str, Any]:
     }
 
 
-def thinnest(scene: Scene) -> float:
-    """Diameter that lengths are measured by [mm]."""
-    return min(rod.diameter for rod in scene.rods)
-
-
-def softest(scene: Scene) -> float:
-    """Young's modulus that forces are measured by [MPa]."""
-    return min(rod.material.youngs_modulus for rod in scene.rods)
-
-
 def _processor() -> str:
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
@@ -188,9 +188,11 @@ def _processor() -> str:
 def _read(path: Path) -> list[Record]:
     data = read_json(path)
     try:
-        return [
-            Record(**{**entry, "settings": tuple(Setting(**s) for s in entry["settings"])})
-            for entry in data["measured"]
-        ]
+        return [_record(**entry) for entry in data["measured"]]
     except (KeyError, TypeError) as error:
-        raise InputError(f"no recommendations are in it ({error})", file=path) from None
+        expected = "a file that knotfem cost --store of this version wrote"
+        raise InputError(f"no recommendations are in it ({error})", file=path, expected=expected) from None
+
+
+def _record(settings: list[dict[str, Any]], frictions: list[float], **others: Any) -> Record:
+    return Record(settings=tuple(Setting(**s) for s in settings), frictions=(frictions[0], frictions[1]), **others)

@@ -10,15 +10,15 @@ from pathlib import Path
 
 import numpy as np
 
-from knotfem.cost.campaign import Campaign
+from knotfem.cost.campaign import FAILURES, Campaign
 from knotfem.cost.choose import Option, combine
 from knotfem.cost.closed_forms import closed_form
 from knotfem.cost.convergence import Limit, pareto_front
-from knotfem.cost.errors_of import Reference, ladder_limits, references
-from knotfem.cost.ladders import BASE, LADDERS, Rung, base_rung, make_ladders, refines
+from knotfem.cost.errors_of import MESH, Reference, ladder_limits, mesh_limit, references
+from knotfem.cost.ladders import BASE, LADDERS, SIZED, Rung, base_rung, make_ladders, refines
 from knotfem.cost.measured import Measured, measure
 from knotfem.cost.quantities import main_quantity
-from knotfem.errors import NotConverged, Stopped
+from knotfem.errors import KnotfemError, Stopped
 from knotfem.run.machine import usable_threads
 from knotfem.scene.load import load_scene
 from knotfem.scene.model import Scene
@@ -54,14 +54,26 @@ class Study:
         """The scene as it is."""
         return self.measured[0]
 
+    @property
+    def bounded(self) -> bool:
+        """Whether the main quantity has a reference that is bounded."""
+        found = self.references[self.main]
+        return bool(found) and not found[0].lacks
+
     def error(self, entry: Measured, name: str) -> float:
         """Relative error of a rung against the reference of the scene; NaN where there is none."""
         found = self.references.get(name)
         return found[0].error(entry.quantities[name]) if entry.done and found else float("nan")
 
+    def own_limit(self, ladder: str, name: str) -> Limit | None:
+        """Limit of a quantity that a ladder's own errors are taken against: of elements and the scene, the mesh's."""
+        if ladder in (BASE, "element"):
+            return mesh_limit(self.base.quantities[name], self.limits[name])
+        return self.limits[name].get(ladder)
+
     def own_error(self, entry: Measured, name: str) -> float:
         """Relative error of a rung against the limit of its own ladder; NaN where there is none."""
-        limit = self.limits[name].get(entry.rung.ladder)
+        limit = self.own_limit(entry.rung.ladder, name)
         if limit is None or not entry.done:
             return float("nan")
         reference = self.references[name][0]
@@ -162,11 +174,11 @@ def require_base(campaign: Campaign) -> None:
     """Check that the scene itself ran to its end.
 
     Raises:
-        KnotfemError: it did not.
+        KnotfemError: it did not; with the exit code of its own failure.
     """
     outcome = campaign.outcomes[BASE]
     if outcome.state == "failed":
-        raise NotConverged(f"the scene itself fails: {outcome.reason}")
+        raise FAILURES.get(outcome.exit_code, KnotfemError)(f"the scene itself fails: {outcome.reason}")
     if outcome.state != "done":
         raise Stopped(f"the scene itself is not through: {outcome.reason}")
 
@@ -187,29 +199,38 @@ def evaluate(campaign: Campaign, ladders: dict[str, list[Rung]]) -> Study:
     with_base = {name: _sized(name, [base, *entries]) for name, entries in measured.items()}
     theory = closed_form(scene)
     limits = {name: ladder_limits(with_base, name) for name in base.quantities}
-    found = {name: references(name, base.quantities[name], limits[name], theory) for name in base.quantities}
+    needed = [name for name in make_ladders(scene) if name in SIZED and name != "uniform"]
+    found = {name: references(name, base.quantities[name], limits[name], theory, needed) for name in base.quantities}
     return Study(scene, every, with_base, limits, found, main_quantity(list(base.quantities)))
 
 
 def chosen(study: Study) -> list[Rung]:
-    """Combinations of rungs that are expected to be cheapest for each target."""
-    limits = study.limits[study.main]
-    options: dict[str, list[Option]] = {}
-    for ladder, limit in limits.items():
-        if ladder == "uniform":
-            continue
-        reference = Reference(limit.value, study.references[study.main][0].scale, 0.0, "")
-        options[ladder] = [
-            Option(
-                entry.rung,
-                reference.error(entry.quantities[study.main]) + limit.uncertainty / reference.scale,
-                entry.cpu["total"] / study.base.cpu["total"],
-            )
-            for entry in study.ladders[ladder]
-            if entry.done
-        ]
-    found = [combine(options, target) for target in TARGETS] if options else []
+    """Combinations of rungs that are expected to be cheapest for each target.
+
+    Of the mesh a combination has either a rung of section and of slice, or another element with its own mesh.
+    """
+    singles = {ladder: _options(study, ladder) for ladder in study.limits[study.main] if ladder != "uniform"}
+    families = [singles] if singles else []
+    if study.own_limit("element", study.main) is not None and "element" in study.ladders:
+        others = {ladder: options for ladder, options in singles.items() if ladder not in MESH}
+        families.append({"element": _options(study, "element"), **others})
+    found = [combine(families, target) for target in TARGETS]
     return list({rung.name: rung for rung in found if rung is not None}.values())
+
+
+def _options(study: Study, ladder: str) -> list[Option]:
+    limit, scale = study.own_limit(ladder, study.main), study.references[study.main][0].scale
+    assert limit is not None, "the ladder has a limit"
+    reference = Reference(limit.value, scale, limit.uncertainty / scale, "")
+    return [
+        Option(
+            entry.rung,
+            reference.error(entry.quantities[study.main]) + reference.uncertainty,
+            entry.cpu["total"] / study.base.cpu["total"],
+        )
+        for entry in study.ladders[ladder]
+        if entry.done
+    ]
 
 
 def _sized(name: str, rungs: list[Measured]) -> list[Measured]:

@@ -58,6 +58,8 @@ def tables(study: Study) -> list[RenderableType]:
 def recommendations(study: Study) -> list[str]:
     """A sentence for each target, and one about what was left out."""
     label, lines = SHORT[study.main], []
+    if not study.bounded:
+        return [f"nothing is recommended: {_unbounded(study)}", *_missing(study)]
     for target in TARGETS:
         entry = study.cheapest(target)
         if entry is None:
@@ -67,10 +69,19 @@ def recommendations(study: Study) -> list[str]:
         error = f"error {_percent(study.trusted(entry))} +- {_percent(uncertainty)} %"
         cost = f"{_duration(entry.wall['total'])} here ({_duration(entry.cpu['total'])} of CPU time)"
         lines.append(f"{target:.0%} in the {label}: {entry.rung.name} ({entry.rung.setting}), {error}, about {cost}")
+    return [*lines, *_missing(study)]
+
+
+def _unbounded(study: Study) -> str:
+    found = study.references[study.main]
+    if not found:
+        return "no ladder gives a reference"
+    return f"the reference lacks {', '.join(found[0].lacks)}; run these ladders too, or uniform"
+
+
+def _missing(study: Study) -> list[str]:
     missing = [f"{entry.rung.name} ({entry.outcome.state})" for entry in study.measured if not entry.done]
-    if missing:
-        lines.append(f"not in the table: {', '.join(missing)}")
-    return lines
+    return [f"not in the table: {', '.join(missing)}"] if missing else []
 
 
 def _errors(study: Study) -> RenderableType:
@@ -130,7 +141,8 @@ def _references(study: Study) -> RenderableType:
         for reference in found:
             value = f"{reference.value[-1]:.5g}" if reference.value.size == 1 else ""
             apart = _percent(found[0].error(reference.value)) + " %" if reference is not found[0] else ""
-            table.add_row(SHORT[name], reference.source, value, _percent(reference.uncertainty) + " %", apart)
+            uncertain = "no bound" if reference.lacks else _percent(reference.uncertainty) + " %"
+            table.add_row(SHORT[name], reference.source, value, uncertain, apart)
     return table
 
 

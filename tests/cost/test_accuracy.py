@@ -7,7 +7,8 @@ import pytest
 
 from knotfem.cost import accuracy, records
 from knotfem.cost.accuracy import accurate_overrides, parse_share, recommended
-from knotfem.cost.records import Record, Setting, class_of, store, stored, user_file
+from knotfem.cost.likeness import class_of
+from knotfem.cost.records import Record, Setting, store, stored, user_file
 from knotfem.errors import InputError
 from knotfem.scene import load_scene, scene_to_toml
 
@@ -16,11 +17,15 @@ FINE = replace(COARSE, rung="uniform-48", error=0.006, cpu_s=900.0, section_elem
 REDUCED = replace(COARSE, rung="model-rod", error=0.03, cpu_s=2.0, model="rod")
 
 
-def record(scene: str, *settings: Setting, kind: str = "rod-on-obstacle") -> Record:
-    return Record(scene, kind, "force", 16.5, settings, "limits", "1.0", "2026-01-01", {"processors": 2})
+def record(
+    scene: str, *settings: Setting, kind: str = "knot-on-obstacle", model: str = "fem", window: float = 16.5
+) -> Record:
+    machine = {"processor": "Model T", "processors": 2}
+    return Record(scene, model, kind, "force", window, (0.33, 0.39), settings, "limits", "1.0", "2026-01-01", machine)
 
 
 BOWLINE = record("bowline", COARSE, FINE)
+OTHER = ("name=other",)
 
 
 @pytest.fixture(autouse=True)
@@ -41,7 +46,10 @@ def test_no_shares(text):
 
 
 def test_classes():
-    kinds = {"bowline": "rod-on-obstacle", "overhand": "knot", "cantilever": "free-rod", "sheet-bend": "several-rods"}
+    kinds = {
+        "bowline": "knot-on-obstacle", "clove-hitch": "knot-on-obstacle", "capstan": "rod-on-obstacle",
+        "overhand": "knot", "cantilever": "free-rod", "sheet-bend": "several-rods", "crossed-rods": "several-rods",
+    }  # fmt: skip
     assert {name: class_of(load_scene(name)) for name in kinds} == kinds
 
 
@@ -54,15 +62,37 @@ def test_cheapest_within_the_target():
 
 def test_own_scene_goes_before_its_class():
     scene = load_scene("bowline")
-    other = record("capstan", replace(COARSE, cpu_s=1.0))
+    other = record("clove-hitch", replace(COARSE, cpu_s=1.0))
     assert recommended(scene, 0.05, [other, BOWLINE])[0] is BOWLINE
     assert recommended(load_scene("clove-hitch"), 0.05, [other, BOWLINE])[0] is other
 
 
-def test_model_that_is_asked_for_is_kept():
+def test_of_other_scenes_the_nearest_counts_and_not_the_cheapest():
+    cheap = record("short", replace(COARSE, cpu_s=1.0), window=1.0)
+    scene = load_scene("bowline", OTHER)
+    assert recommended(scene, 0.05, [cheap, BOWLINE])[0] is BOWLINE
+    assert recommended(scene, 0.05, [BOWLINE, cheap])[0] is BOWLINE
+    rubbing = replace(cheap, scene="rough", window=16.5, frictions=(1.0, 1.0))
+    assert recommended(scene, 0.05, [rubbing, BOWLINE])[0] is BOWLINE
+
+
+def test_model_that_the_scene_names_is_kept():
     both = record("bowline", COARSE, REDUCED)
     assert recommended(load_scene("bowline"), 0.05, [both])[1] is REDUCED
-    assert recommended(load_scene("bowline"), 0.05, [both], "fem")[1] is COARSE
+    assert recommended(load_scene("bowline", ["model=fem"]), 0.05, [both])[1] is COARSE
+    assert recommended(load_scene("bowline", ['model="rod"']), 0.05, [both])[1] is REDUCED
+    with pytest.raises(InputError, match=r"measured with other models only; found model fem; .*--model fem --store"):
+        recommended(load_scene("bowline", ["model=fem"]), 0.05, [record("bowline", REDUCED)])
+
+
+def test_limit_of_the_rod_model_says_nothing_of_hexahedra():
+    light = record("bowline", replace(REDUCED, error=0.001), model="rod")
+    with pytest.raises(InputError, match="measured with other models only"):
+        recommended(load_scene("bowline"), 0.05, [light])
+    rods = load_scene("bowline", ["model=rod"])
+    assert recommended(rods, 0.02, [light, record("bowline", REDUCED)])[0] is light
+    both = record("bowline", COARSE, REDUCED)
+    assert recommended(rods, 0.05, [light, both])[0] is both, "an error against hexahedra promises more"
 
 
 def test_finer_than_any_is_refused():
@@ -81,7 +111,29 @@ def test_settings_are_applied_and_recorded():
     assert scene.accuracy is not None
     assert (scene.accuracy.wanted, scene.accuracy.rung, scene.accuracy.scene) == (0.02, "uniform-48", "bowline")
     assert scene.accuracy.measured == pytest.approx(0.011)
-    assert "2.00% in the force: settings of uniform-48, measured on bowline" in says
+    assert says.startswith(
+        "2.00% in the force: settings of uniform-48 (model fem, element hex8, section of 48 elements, "
+        "slices of 0.167 d, step 0.5 d, penalty 48, tolerance 1.026e-05 N), "
+        "measured on bowline against the limit of the model fem"
+    )
+    assert "error 0.60% +- 0.50%, 1.0 min there (Model T, 2 processors)" in says
+
+
+def test_extrapolations_are_said():
+    assert "extrapolation" not in accurate_overrides("bowline", [], "5%")[1]
+    changed = [*OTHER, "contact.friction=0.1", "steps.1.displacement=30 mm"]
+    assert accurate_overrides("bowline", changed, "5%")[1].endswith(
+        "; an extrapolation: another scene, a pull of 16.5 d there and 5 d here, "
+        "friction 0.33, 0.39 there and 0.1, 0.39 here"
+    )
+
+
+def test_change_of_model_is_said(monkeypatch):
+    monkeypatch.setattr(accuracy, "stored", lambda: [record("bowline", COARSE, REDUCED)])
+    overrides, says = accurate_overrides("bowline", [], "5%")
+    assert load_scene("bowline", overrides).model == "rod"
+    assert "settings of model-rod (model rod in place of fem, slices of 0.667 d, step 0.5 d, tolerance" in says
+    assert "against the limit of the model fem" in says
 
 
 def test_scene_with_its_accuracy_is_written_and_read_as_the_same(tmp_path):
@@ -113,10 +165,19 @@ def test_run_keeps_its_settings(tmp_path):
 def test_store_replaces_the_same_scene_and_is_read_first():
     store(record("bowline", COARSE), user_file())
     store(record("capstan", COARSE), user_file())
-    store(BOWLINE, user_file())
+    light = record("bowline", REDUCED, model="rod")
+    assert store(light, user_file()) is None
+    replaced = store(BOWLINE, user_file())
+    assert replaced == record("bowline", COARSE)
     found = stored()
-    assert [entry.scene for entry in found[:2]] == ["bowline", "capstan"]
-    assert found[0] == BOWLINE
+    assert [entry.scene for entry in found[:3]] == ["bowline", "bowline", "capstan"]
+    assert found[:2] == [BOWLINE, light]
+
+
+def test_store_that_cannot_be_written_is_refused(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="cannot be written"):
+        store(BOWLINE, tmp_path / "file" / "kept.json")
 
 
 def test_damaged_store_is_refused():

@@ -22,7 +22,8 @@ plan = json.loads((run.parents[1] / "plan.json").read_text()).get(run.name, {})
 (run / "seen.json").write_text(json.dumps({"limit": sys.argv[2:], "threads": os.environ["NUMBA_NUM_THREADS"]}))
 time.sleep(plan.get("sleep", 0.0))
 if "state" in plan:
-    (run / "status.json").write_text(json.dumps({"state": plan["state"], "reason": plan.get("reason", "")}))
+    status = {"state": plan["state"], "reason": plan.get("reason", ""), "exit_code": plan.get("code", 0)}
+    (run / "status.json").write_text(json.dumps(status))
 if plan.get("code", 0) < 0:
     os.kill(os.getpid(), -plan["code"])
 sys.exit(plan.get("code", 0))
@@ -95,13 +96,23 @@ def test_failure_is_an_outcome(make):
     plan = '{"coarse": {"code": 5, "state": "failed", "reason": "strands passed"}, "fine": {"code": -9}}'
     campaign = make(plan)
     campaign.take([base_rung(), COARSE, FINE])
-    assert campaign.outcomes["coarse"] == Outcome("failed", "strands passed")
+    assert campaign.outcomes["coarse"] == Outcome("failed", "strands passed", 5)
+    assert campaign.outcomes["fine"].exit_code == -9
     assert campaign.outcomes["fine"].state == "failed"
     assert "worker.log" in campaign.outcomes["fine"].reason
     again = make()
     again.take([COARSE, FINE])
     assert again.outcomes["coarse"].state == "failed", "a failure is a result"
     assert again.outcomes["fine"].state == "done", "a crash is none"
+
+
+def test_crash_with_a_reason_is_tried_again(make):
+    first = make('{"coarse": {"code": 1, "state": "failed", "reason": "MemoryError()"}}')
+    first.take([base_rung(), COARSE])
+    assert "the process ended with 1, see" in first.outcomes["coarse"].reason
+    again = make()
+    again.take([COARSE])
+    assert again.outcomes["coarse"].state == "done"
 
 
 def test_process_ended_before_it_began_goes_on(make, tmp_path):

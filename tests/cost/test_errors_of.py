@@ -6,7 +6,7 @@ import pytest
 from knotfem.cost.campaign import Outcome
 from knotfem.cost.closed_forms import ClosedForm
 from knotfem.cost.convergence import Limit
-from knotfem.cost.errors_of import falling, ladder_limits, references
+from knotfem.cost.errors_of import falling, ladder_limits, mesh_limit, references
 from knotfem.cost.ladders import Rung
 from knotfem.cost.measured import Measured
 from knotfem.scene import load_scene
@@ -53,6 +53,30 @@ def test_least_uncertain_reference_comes_first():
     sag = {"uniform": Limit(np.array([2.1]), 0.2, None, "")}
     assert references("sag", np.array([2.2]), sag, theory)[0].source == "elastica"
     assert references("force", TRUE, {"uniform": unsure}, theory)[0].source != "elastica"
+
+
+def test_sum_without_the_limit_of_a_choice_is_no_bound():
+    sure = Limit(TRUE, 0.001, 2.0, "asymptotic")
+    needed = ("section", "slice", "step")
+    (part,) = references("force", TRUE, {"slice": sure}, needed=needed)
+    assert (part.uncertainty, part.lacks) == (np.inf, ("section", "step"))
+    assert part.source == "limits of slice added up; lacks section, step"
+    (whole,) = references("force", TRUE, dict.fromkeys(needed, sure), needed=needed)
+    assert (whole.lacks, whole.uncertainty < 0.01) == ((), True)
+    unsure = Limit(TRUE, 0.5, None, "two rungs only")
+    assert "refined at once" in references("force", TRUE, {"slice": sure, "uniform": unsure}, needed=needed)[0].source
+    theory = ClosedForm("force", 2.0, 0.05, "capstan")
+    assert references("force", TRUE, {"slice": sure}, theory, needed)[0].source == "capstan"
+
+
+def test_limit_of_the_mesh_needs_section_and_slice():
+    limits = ladder_limits(ladders(), "force")
+    base = TRUE * 1.03 + 0.02
+    assert mesh_limit(base, limits) is None
+    section = Limit(base - 0.1, 0.01, None, "")
+    found = mesh_limit(base, {**limits, "section": section})
+    assert found.value == pytest.approx(TRUE + 0.02 - 0.1)
+    assert found.uncertainty == pytest.approx(0.01 + limits["slice"].uncertainty)
 
 
 def test_no_overlap_is_the_exact_penetration():

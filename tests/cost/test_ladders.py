@@ -1,11 +1,13 @@
 """Ladders are scenes, fall in size, and differ from the scene in what they say."""
 
 import itertools
+import re
 
 import pytest
 
 from knotfem.cost.ladders import LADDERS, SIZED, base_rung, make_ladders, refines
 from knotfem.errors import InputError
+from knotfem.run.inspect import UNUSED
 from knotfem.scene import load_scene
 
 
@@ -38,7 +40,17 @@ def test_scene_has_the_ladders_of_what_it_computes():
     slippery = make_ladders(load_scene("overhand", ["contact.friction=0.0"]))
     assert "stick" not in slippery
     assert "penalty" in slippery
-    assert not set(make_ladders(load_scene("overhand", ["model=rod"]))) & {"section", "element", "penalty"}
+
+
+def test_rod_ladders_change_only_what_rods_read():
+    ladders = make_ladders(load_scene("overhand", ["model=rod"]))
+    assert not set(ladders) & {"section", "element", "penalty", "stick"}
+    own = [
+        override for name, rungs in ladders.items() if name != "model" for rung in rungs for override in rung.overrides
+    ]
+    keys = {re.sub(r"\.\d+", "", override.partition("=")[0]) for override in own}
+    assert keys
+    assert not keys & set(UNUSED["rod"])
 
 
 def test_uniform_scales_everything():

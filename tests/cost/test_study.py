@@ -9,14 +9,15 @@ import pytest
 from manufactured import LAW, TRUE_BENT, TRUE_FORCE, cpu_of, error_of, write_ladders, write_run
 
 from knotfem.cost import files, records, tables
-from knotfem.cost.ladders import Rung
+from knotfem.cost.ladders import SIZED, Rung
 from knotfem.cost.study import run_study
-from knotfem.errors import InputError, NotConverged
+from knotfem.errors import InputError, KnotLost, NotConverged
 from knotfem.run.directory import RunDirectory
 from knotfem.run.tables import read_table
 from knotfem.scene import load_scene
 
-NAMES = ("slice", "section", "step", "penalty", "tolerance", "uniform", "element")
+SINGLE = ("slice", "section", "step", "penalty", "tolerance", "sampling", "stick")
+NAMES = (*SINGLE, "uniform", "element")
 PULL = "steps.1.displacement=30 mm"
 
 
@@ -59,6 +60,14 @@ def test_errors_and_costs_of_rungs(study):
     assert study.base.quantities["knot_size"][0] == pytest.approx(TRUE_BENT, rel=0.05)
     fine = next(entry for entry in study.measured if entry.rung.name == "slice-x0.5")
     assert study.own_error(fine, "force") == pytest.approx(0.25 * LAW["slice"][0], abs=1e-4)
+
+
+def test_own_error_of_an_element_is_that_of_its_mesh(study):
+    of = {entry.rung.name: study.own_error(entry, "force") for entry in study.measured}
+    section, slices = LAW["section"][0], LAW["slice"][0]
+    assert of["base"] == pytest.approx(section + slices, abs=1e-4)
+    assert of["element-hex8"] == pytest.approx(section + slices, abs=1e-4)
+    assert of["element-hex8-4-x2"] == pytest.approx(3.0 * section + 4.0 * slices, rel=2e-3)
 
 
 def test_failed_rung_is_in_the_table_without_an_error(study):
@@ -110,10 +119,28 @@ def test_ladders_without_sizes_give_no_reference(folder, tmp_path):
     study = run_study("overhand", [PULL], folder, budget=None, names=["element"], jobs=1, tell=lambda text: None)
     assert study.cheapest(0.5) is None
     assert study.front == []
+    assert tables.recommendations(study)[0] == "nothing is recommended: no ladder gives a reference"
     files.write_study(study, tmp_path)
     assert not (tmp_path / "recommendation.json").exists()
     with pytest.raises(InputError, match="no reference"):
         records.record_of(study)
+
+
+def test_reference_that_lacks_ladders_recommends_nothing(study, folder, tmp_path):
+    files.write_study(study, tmp_path)
+    part = run_study("overhand", [PULL], folder, budget=None, names=["slice"], jobs=1, tell=lambda text: None)
+    assert (part.cheapest(0.5), part.front) == (None, [])
+    (line, *_) = tables.recommendations(part)
+    assert line == (
+        "nothing is recommended: the reference lacks section, step, penalty, tolerance, sampling, stick; "
+        "run these ladders too, or uniform"
+    )
+    with pytest.raises(InputError, match="nothing bounds the reference; found limits of slice added up; lacks"):
+        records.record_of(part)
+    files.write_study(part, tmp_path)
+    assert not (tmp_path / "recommendation.json").exists()
+    whole = run_study("overhand", [PULL], folder, budget=None, names=SINGLE, jobs=1, tell=lambda text: None)
+    assert records.record_of(whole).reference == f"limits of {', '.join(l for l in SIZED if l in SINGLE)} added up"
 
 
 def test_table_names_front_orders_and_sources(study):
@@ -125,7 +152,7 @@ def test_table_names_front_orders_and_sources(study):
     text = captured.get()
     assert re.search(r"\* +uniform-108", text)
     assert re.search(r"slice +force +asymptotic +2\.00", text)
-    assert "limits of section, slice, step, penalty, tolerance added up" in text
+    assert "limits of section, slice, step, penalty, tolerance, sampling, stick added up" in text
     assert "failed, strands passed through each other" in text
 
 
@@ -162,6 +189,15 @@ def test_scene_that_fails_has_no_table(tmp_path):
         reason="lost",
     )
     with pytest.raises(NotConverged, match="the scene itself fails: lost"):
+        run_study("overhand", [PULL], tmp_path, budget=None, names=["slice"], jobs=1, tell=lambda text: None)
+
+
+@pytest.mark.parametrize("kind", [InputError, NotConverged, KnotLost])
+def test_failure_of_the_scene_itself_keeps_its_exit_code(tmp_path, kind):
+    run = RunDirectory(tmp_path / "runs" / "base")
+    write_run(run, load_scene("overhand", ["output.fields=false", PULL]), state="failed")
+    run.write_status("failed", reason="lost", exit_code=kind.exit_code)
+    with pytest.raises(kind, match="the scene itself fails: lost"):
         run_study("overhand", [PULL], tmp_path, budget=None, names=["slice"], jobs=1, tell=lambda text: None)
 
 

@@ -1,0 +1,32 @@
+"""Combinations: errors add up, costs multiply, the cheapest within the target is taken."""
+
+import pytest
+
+from knotfem.cost.choose import Option, combine
+from knotfem.cost.ladders import Rung, base_rung
+
+BASE = Option(base_rung(), 0.02, 1.0)
+
+
+def option(ladder: str, error: float, cost: float) -> Option:
+    return Option(Rung(f"{ladder}-1", ladder, "coarse", None, (f"{ladder}=1",)), error, cost)
+
+
+STEP, SLICE = option("step", 0.025, 0.6), option("slice", 0.03, 0.4)
+SINGLE = {"step": [BASE, STEP], "slice": [BASE, SLICE]}
+
+
+@pytest.mark.parametrize(("target", "name"), [(0.06, "step-1+slice-1"), (0.05, None), (0.01, None)])
+def test_cheapest_within_the_target(target, name):
+    found = combine([SINGLE], target)
+    assert (found and found.name) == name
+
+
+def test_cheapest_of_all_families():
+    element = option("element", 0.03, 0.1)
+    found = combine([SINGLE, {"step": [BASE, STEP], "element": [BASE, element]}], 0.06)
+    assert found.name == "step-1+element-1"
+    assert found.overrides == ("step=1", "element=1")
+    assert found.setting == "for 0.06: step coarse, element coarse"
+    dear = option("element", 0.03, 0.9)
+    assert combine([SINGLE, {"step": [BASE, STEP], "element": [BASE, dear]}], 0.06).name == "step-1+slice-1"
