@@ -6,14 +6,24 @@ import json
 
 import click
 
-from knotfem_cli.common import Verb, facts, model_option, shared_options, with_model
+from knotfem_cli.common import Verb, facts, from_option, last_option, model_option, shared_options, with_model
 
 
 @click.command(cls=Verb)
 @click.argument("scene")
 @model_option
+@from_option
+@last_option
 @shared_options
-def check(scene: str, model: str | None, overrides: tuple[str, ...], quiet: bool, log_format: str) -> None:
+def check(
+    scene: str,
+    model: str | None,
+    from_run: str | None,
+    last: bool,
+    overrides: tuple[str, ...],
+    quiet: bool,
+    log_format: str,
+) -> None:
     """Validate a scene and say what it would take; run nothing.
 
     Prints the resolved scene with every default, the effects that will run and those that will not, degrees of
@@ -25,7 +35,7 @@ def check(scene: str, model: str | None, overrides: tuple[str, ...], quiet: bool
     """
     from knotfem.scene import load_scene, scene_to_toml
 
-    resolved = load_scene(scene, with_model(overrides, model))
+    resolved = load_scene(scene, with_model(overrides, model, from_run, last))
     from knotfem.run.inspect import check as inspect
 
     found = inspect(resolved)

@@ -15,6 +15,7 @@ from knotfem.errors import InputError, KnotfemError
 if TYPE_CHECKING:
     from knotfem.run.directory import RunDirectory
     from knotfem.run.progress import Progress
+    from knotfem.scene import Scene
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -38,8 +39,9 @@ output_option = click.option("-o", "--output", type=click.Path(path_type=Path), 
 force_option = click.option("--force", is_flag=True, help="Replace the run that is there.")
 model_option = click.option("--model", type=click.Choice(["fem", "rod"]), help="Hexahedra or the reduced rod model.")
 from_option = click.option(
-    "--from", "from_run", metavar="RUN", help="A tied 3D run from whose knot the rod model sets out."
+    "--from", "from_run", metavar="RUN", help="A 3D run of the same rods from whose tied knot the rod model sets out."
 )
+last_option = click.option("--last", is_flag=True, help="With --from: from the last state that this run has reached.")
 at_option = click.option("--at", metavar="LENGTH", help='A stored displacement, such as "60 mm"; the last by default.')
 
 
@@ -76,10 +78,14 @@ class Verb(click.Command):
             ctx.exit(error.exit_code)
 
 
-def with_model(overrides: tuple[str, ...], model: str | None, from_run: str | None = None) -> tuple[str, ...]:
-    """The overrides, with those that --model and --from stand for."""
+def with_model(
+    overrides: tuple[str, ...], model: str | None, from_run: str | None = None, last: bool = False
+) -> tuple[str, ...]:
+    """The overrides, with those that --model, --from and --last stand for."""
     chosen = overrides if model is None else (*overrides, f"model={model}")
-    return chosen if from_run is None else (*chosen, f"tie.source={json.dumps(from_run)}")
+    if from_run is not None:
+        chosen = (*chosen, f"tie.source={json.dumps(from_run)}")
+    return (*chosen, "tie.source_state=last") if last else chosen
 
 
 def displacement(at: str | None, option: str = "--at") -> float | None:
@@ -99,6 +105,19 @@ def open_run(path: str, overrides: tuple[str, ...]) -> RunDirectory:
     if overrides:
         run.override(overrides)
     return run
+
+
+def new_run(scene: Scene, output: Path | None, force: bool) -> RunDirectory:
+    """The folder of a new run, made once the run that it sets out from is known to be right."""
+    from knotfem.run.directory import RunDirectory
+
+    if scene.tie.source is not None:
+        from knotfem.run.rod_source import source_rods
+
+        source_rods(scene)
+        if output is not None and output.resolve() == Path(scene.tie.source):
+            raise InputError("the run would replace its source", file=output, expected="another folder")
+    return RunDirectory.create(scene, output, force=force)
 
 
 @contextmanager

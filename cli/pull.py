@@ -12,7 +12,9 @@ from knotfem_cli.common import (
     computing,
     force_option,
     from_option,
+    last_option,
     model_option,
+    new_run,
     open_run,
     output_option,
     shared_options,
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
 @force_option
 @model_option
 @from_option
+@last_option
 @click.option("--accuracy", metavar="SHARE", help='Settings that were measured to reach it, such as "2%"; of a SCENE.')
 @shared_options
 def pull(
@@ -37,6 +40,7 @@ def pull(
     force: bool,
     model: str | None,
     from_run: str | None,
+    last: bool,
     accuracy: str | None,
     overrides: tuple[str, ...],
     quiet: bool,
@@ -55,7 +59,7 @@ def pull(
       knotfem pull bowline --accuracy 2%
       knotfem pull bowline --model rod
     """
-    overrides = with_model(overrides, model, from_run)
+    overrides = with_model(overrides, model, from_run, last)
     if accuracy is not None:
         from knotfem.cost.accuracy import accurate_overrides
 
@@ -73,9 +77,9 @@ def _prepare(source: str, output: Path | None, force: bool, overrides: tuple[str
     from knotfem.scene import load_scene
 
     if not Path(source).is_dir():
-        return RunDirectory.create(load_scene(source, overrides), output, force=force)
+        return new_run(load_scene(source, overrides), output, force)
     if output is None:
         return open_run(source, overrides)
     run = RunDirectory.open(source)
     scene = load_scene(run.scene_file, overrides)
-    return run.branch(scene, output, force=force) if run.tied else RunDirectory.create(scene, output, force=force)
+    return run.branch(scene, output, force=force) if run.tied else new_run(scene, output, force)

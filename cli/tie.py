@@ -11,7 +11,9 @@ from knotfem_cli.common import (
     computing,
     force_option,
     from_option,
+    last_option,
     model_option,
+    new_run,
     output_option,
     shared_options,
     with_model,
@@ -24,6 +26,7 @@ from knotfem_cli.common import (
 @force_option
 @model_option
 @from_option
+@last_option
 @click.option(
     "--path",
     "tie_path",
@@ -37,6 +40,7 @@ def tie(
     force: bool,
     model: str | None,
     from_run: str | None,
+    last: bool,
     tie_path: str | None,
     overrides: tuple[str, ...],
     quiet: bool,
@@ -53,12 +57,11 @@ def tie(
       knotfem tie bowline --path linear
       knotfem tie bowline --model rod --from knot -o light
     """
-    from knotfem.run.directory import RunDirectory
     from knotfem.scene import load_scene
 
     chosen = overrides if tie_path is None else (*overrides, f"tie.path={tie_path}")
-    resolved = load_scene(scene, with_model(chosen, model, from_run))
-    run = RunDirectory.create(resolved, output, force=force)
+    resolved = load_scene(scene, with_model(chosen, model, from_run, last))
+    run = new_run(resolved, output, force)
     from knotfem.run import driver
 
     with computing(run, quiet, log_format) as progress:

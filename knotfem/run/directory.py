@@ -32,10 +32,12 @@ State = Literal["running", "done", "failed", "stopped"]
 
 TIED = "tied"
 """Name of the checkpoint at the end of tying, which stays."""
+SOURCE = "source.json"
+"""Name of the file that keeps the state of another run from which this one sets out."""
 
 _SETTINGS = ("solver", "output")
 _SCENE, _TIE = "scene.toml", "tie.csv"
-_SERIES = (_TIE, "force.csv", "tension.csv", "twist.csv", "contacts.csv", "stretch.json", "results.vtkhdf")
+_SERIES = (_TIE, "force.csv", "tension.csv", "twist.csv", "contacts.csv", "stretch.json", "results.vtkhdf", SOURCE)
 _RECORDS = ("provenance.json", "status.json", "summary.json", "log.jsonl")
 _PLOTS = tuple(f"{name}.png" for name in ("stretch", "force", "tension"))
 _PICTURES = tuple(f"knot-{colour}.png" for colour in ("strain", "tension", "pressure", "curvature", "twist", "none"))

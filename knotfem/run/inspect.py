@@ -22,7 +22,7 @@ ITERATIONS_A_MM = {"fem": 11.0, "rod": 6.0}
 RELAXING_ITERATIONS = {"fem": 150.0, "rod": 90.0}
 """Newton iterations before it."""
 UNUSED = {
-    "fem": ("contact.line_stiffness_over_hertz", "tie.source"),
+    "fem": ("contact.line_stiffness_over_hertz", "tie.source", "tie.source_state"),
     "rod": (
         "contact.stiffness_over_modulus", "contact.stick_over_diameter", "rods.mesh.section_elements",
         "rods.mesh.element", "rods.mesh.match_bending_stiffness",
@@ -96,6 +96,9 @@ def _says(effect: Any) -> str:
             return f"EA {effect.axial_stiffness:.5g} N"
         case "stretch" | "bend" | "twist":
             name, unit = {"stretch": ("EA", "N"), "bend": ("B", "N mm^2"), "twist": ("C", "N mm^2")}[effect.name]
+            return f"{name} {', '.join(f'{value:.5g}' for value in np.unique(effect.stiffness))} {unit}"
+        case "internal damping":
+            name, unit = effect.coefficient
             return f"{name} {', '.join(f'{value:.5g}' for value in np.unique(effect.stiffness))} {unit}"
         case "drag":
             return f"{effect.rate:g} 1/s"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -38,13 +39,17 @@ class Reduced(Simulation):
         rod: rods, contacts and where they are.
     """
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, folder: Path | None = None) -> None:
         """Lay the rods into the knot and make the effects.
+
+        Args:
+            scene: what the user asked for.
+            folder: of the run.
 
         Raises:
             InputError: a centreline or a source that cannot be, or a feature that the model does not have.
         """
-        self.scene, self.rods = scene, lay(scene)
+        self.scene, self.rods = scene, lay(scene, folder)
         self.rod = make_rods(scene, self.rods)
         self.effects = self.rod.effects
         self.elastic = [self.rod.stretch, self.rod.bend, self.rod.twist]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -207,8 +208,12 @@ class Simulation(ABC):
         """Fields of a state."""
 
 
-def make_simulation(scene: Scene) -> Simulation:
+def make_simulation(scene: Scene, folder: Path | None = None) -> Simulation:
     """The model that a scene names.
+
+    Args:
+        scene: what the user asked for.
+        folder: of the run.
 
     Raises:
         InputError: a centreline or a section that cannot be, or a feature that the model does not have.
@@ -216,7 +221,7 @@ def make_simulation(scene: Scene) -> Simulation:
     if scene.model == "rod":
         from knotfem.run.reduced import Reduced
 
-        return Reduced(scene)
+        return Reduced(scene, folder)
     from knotfem.run.solid import Solid
 
     return Solid(scene)

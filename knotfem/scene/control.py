@@ -22,6 +22,7 @@ class Tie(Table):
         increments: of the mapping.
         source: folder of a tied three-dimensional run, from whose knot the rod model sets out instead of the
             centreline's, or none.
+        source_state: of that run: its tied knot, or the last state that it has reached.
     """
 
     path: Literal["polynomial", "linear", "inextensible", "direct"] = "polynomial"
@@ -30,6 +31,7 @@ class Tie(Table):
     optimise_direction: Flag = True
     increments: Annotated[Integer, Field(ge=1)] = 10
     source: str | None = None
+    source_state: Literal["tied", "last"] = "tied"
 
 
 class Solver(Table):

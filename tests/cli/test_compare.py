@@ -80,14 +80,38 @@ def test_model_of_a_run_is_what_it_is(folder: Path, verb: str) -> None:
 
 
 def test_set_out_from_another_run(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    scenes = []
+    scenes, known = [], []
+    source = ModuleType("knotfem.run.rod_source")
+    vars(source).update(source_rods=lambda scene: known.append(scene.tie.source_state))
+    monkeypatch.setitem(sys.modules, source.__name__, source)
     module = ModuleType("knotfem.run.driver")
-    vars(module).update(tie=lambda scene, run, progress: scenes.append(scene))
+    vars(module).update(tie=lambda scene, run, progress: scenes.append(scene), pull=lambda scene, run, progress: None)
     monkeypatch.setitem(sys.modules, module.__name__, module)
     monkeypatch.setattr(knotfem.run, "driver", module, raising=False)
     assert call("tie", "overhand", "--model", "rod", "--from", "solid", "-o", "new").exit_code == 0
     assert scenes[0].tie.source == str(folder / "solid")
     assert load_scene("new/scene.toml") == scenes[0]
+    assert call("pull", "overhand", "--model", "rod", "--from", "solid", "--last", "-o", "on").exit_code == 0
+    assert known == ["tied", "last"]
+    result = call("tie", "overhand", "--model", "rod", "--from", "solid", "-o", "solid", "--force")
+    assert "solid: the run would replace its source" in result.stderr
+    assert RunDirectory.is_run("solid")
     result = call("tie", "overhand", "--from", "solid", "-o", "other")
     assert result.exit_code == 3
     assert "only the rod model sets out from another run" in result.stderr
+
+
+@pytest.mark.parametrize("verb", ["tie", "pull"])
+def test_nothing_is_made_where_the_source_is_wrong(folder: Path, verb: str) -> None:
+    result = call(verb, "overhand", "--model", "rod", "--from", "nope", "-o", "other")
+    assert result.exit_code == 3
+    assert "nope: no such run" in result.stderr
+    result = call(verb, "overhand", "--model", "rod", "--from", "solid", "-o", "other")
+    assert "solid: not tied yet" in result.stderr
+    assert not (folder / "other").exists()
+
+
+def test_check_looks_at_the_source(folder: Path) -> None:
+    result = call("check", "overhand", "--model", "rod", "--from", "light", "--quiet")
+    assert result.exit_code == 3
+    assert "light: model: the source is a rod run" in result.stderr

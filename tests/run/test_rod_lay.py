@@ -10,7 +10,8 @@ from knotfem.errors import InputError
 from knotfem.rod.ends import clamped
 from knotfem.rod.model import RodModel
 from knotfem.run.build import centreline_of, mesh_of
-from knotfem.run.directory import TIED, RunDirectory
+from knotfem.run.checkpoint import read_checkpoint
+from knotfem.run.directory import SOURCE, TIED, RunDirectory
 from knotfem.run.rod_build import rod_spec
 from knotfem.run.rod_lay import LaidRod, lay
 from knotfem.scene import Scene, load_scene
@@ -19,6 +20,7 @@ from knotfem.tie import swept_state
 
 COARSE = ("rods.0.mesh.section_elements=4", "rods.0.mesh.element_length=8 mm")
 TURN = 4.0
+MOVED = 7.0
 
 
 def twists(laid: LaidRod) -> np.ndarray:
@@ -40,6 +42,18 @@ def tied(tmp_path_factory: pytest.TempPathFactory) -> RunDirectory:
     x = np.empty((len(mesh.nodes), 3))
     x[mesh.section_nodes] = swept_state(points, frames, mesh.nodes[mesh.section_nodes[0], :2], 0.0)
     run.checkpoints.save({"progress": {"motion": {"x": x}}}, {}, name=TIED)
+    return run
+
+
+@pytest.fixture(scope="module")
+def pulled(tied: RunDirectory, tmp_path_factory: pytest.TempPathFactory) -> RunDirectory:
+    """The same run some way on: its rod has moved by MOVED."""
+    run = RunDirectory.create(tied.scene, tmp_path_factory.mktemp("lay") / "pulled")
+    path = tied.checkpoints.named(TIED)
+    assert path is not None
+    run.checkpoints.adopt(path)
+    x = read_checkpoint(path).state["progress"]["motion"]["x"]
+    run.checkpoints.save({"progress": {"motion": {"x": x + MOVED}}}, {})
     return run
 
 
@@ -84,9 +98,12 @@ def test_other_segments_lie_on_the_same_curve(tied):
 @pytest.mark.parametrize(
     ("override", "message"),
     [
-        ("rods.0.length=610 mm", "rods: differs from the scene"),
-        ("rods.0.diameter=5 mm", "rods: differs from the scene"),
-        ("obstacles.0.diameter=18 mm", "obstacles: differs from the scene"),
+        ("rods.0.length=610 mm", "rods.0.length: differs from the scene; found 600 mm; expected 610 mm"),
+        ("rods.0.diameter=5 mm", "rods.0.diameter: differs from the scene; found 6 mm; expected 5 mm"),
+        ("rods.0.material.youngs_modulus=3 MPa", "material.youngs_modulus: differs .* found 1.425 MPa; expected 3 MPa"),
+        ("rods.0.core=none", "rods.0.core.youngs_modulus: differs .* found 75500 MPa; expected none"),
+        ("obstacles.0.diameter=18 mm", "obstacles.0.diameter: differs from the scene; found 20 mm; expected 18 mm"),
+        ("obstacles=[]", "obstacles.0.diameter: differs from the scene; found 20 mm; expected none"),
     ],
 )
 def test_source_of_other_rods_or_obstacles_is_refused(tied, override, message):
@@ -103,3 +120,27 @@ def test_source_must_be_a_tied_three_dimensional_run(tied, tmp_path):
     RunDirectory.create(load_scene("bowline", [*COARSE, "model=rod"]), tmp_path / "rod")
     with pytest.raises(InputError, match="the source is a rod run"):
         lay(light(tmp_path / "rod"))
+
+
+def test_last_state_of_a_run_may_be_set_out_from(pulled):
+    tied, last = lay(light(pulled.path)), lay(light(pulled.path, "tie.source_state=last"))
+    assert last[0].target.points == pytest.approx(tied[0].target.points + MOVED)
+    assert last[0].directors == pytest.approx(tied[0].directors, abs=1e-9)
+    with pytest.raises(InputError, match=r'tie\.source_state: there is no source; found "last"'):
+        load_scene("bowline", ["model=rod", "tie.source_state=last"])
+
+
+def test_a_run_needs_its_source_only_once(tied, tmp_path):
+    source = RunDirectory.create(tied.scene, tmp_path / "source")
+    source.checkpoints.adopt(tied.checkpoints.named(TIED))
+    scene = light(source.path)
+    (laid,) = lay(scene, tmp_path)
+    source.path.rename(tmp_path / "elsewhere")
+    (again,) = lay(scene, tmp_path)
+    assert np.array_equal(laid.target.points, again.target.points)
+    assert np.array_equal(laid.directors, again.directors)
+    with pytest.raises(InputError, match="no such run"):
+        lay(scene)
+    (tmp_path / SOURCE).write_text("{}")
+    with pytest.raises(InputError, match=r"source\.json: damaged"):
+        lay(scene, tmp_path)
