@@ -117,6 +117,9 @@ class Scene(Table):
                 found=f'"{self.tie.source}"',
                 expected='none, or model = "rod"',
             )
+        if self.tie.source is None and self.tie.source_state != "tied":
+            found = f'"{self.tie.source_state}"'
+            raise refusal("there is no source", at="tie.source_state", found=found, expected="tie.source with it")
         return self
 
     @model_validator(mode="after")
