@@ -35,9 +35,12 @@ def _pairs(scene: Scene, *, obstacles: bool) -> list[str]:
     ]
 
 
+def _schedules(scene: Scene) -> list[str]:
+    return [f"steps.{i}.friction_schedule=none" for i, step in enumerate(scene.steps) if step.friction_schedule]
+
+
 def _friction(scene: Scene) -> list[str]:
-    schedules = [f"steps.{i}.friction_schedule=none" for i, step in enumerate(scene.steps) if step.friction_schedule]
-    return ["contact.friction=0.0", *_pairs(scene, obstacles=False), *schedules]
+    return ["contact.friction=0.0", *_pairs(scene, obstacles=False), *_schedules(scene)]
 
 
 def _obstacle_friction(scene: Scene) -> list[str]:
@@ -55,7 +58,7 @@ SWITCHES: dict[str, Callable[[Scene], list[str]]] = {
     "inertia": lambda scene: ["inertia.scheme=quasi-static"],
     "drag": lambda scene: ["drag=none"],
     "gravity": lambda scene: ["gravity=none"],
-    "contact": lambda scene: ["contact.enabled=false"],
+    "contact": lambda scene: ["contact.enabled=false", *_schedules(scene)],
     "friction": _friction,
     "cylinder": _obstacles,
     "cylinder friction": _obstacle_friction,

@@ -70,21 +70,13 @@ def friction_factor(scene: Scene, step: Step, start: float) -> History | None:
     """By what the coefficients between rods are multiplied in a step that begins at `start` [s].
 
     A step without a schedule keeps what the last one before it ended with; None where there was none.
-
-    Raises:
-        InputError: a schedule, and no friction to scale.
     """
     names = [other.name for other in scene.steps]
     scheduled = [other for other in scene.steps[: names.index(step.name) + 1] if other.friction_schedule]
     if not scheduled:
         return None
-    reference = scene.contact.friction
-    if reference <= 0.0:
-        raise InputError(
-            "a friction schedule needs friction to scale", key="contact.friction", found=0.0, expected="above 0"
-        )
     schedule = scheduled[-1].friction_schedule
-    factors = np.array([point.friction for point in schedule]) / reference
+    factors = np.array([point.friction for point in schedule]) / scene.contact.friction
     if scheduled[-1] is not step:
         return lambda time: float(factors[-1])
     times = np.array([point.time for point in schedule]) + start

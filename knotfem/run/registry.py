@@ -66,9 +66,7 @@ def _no_contact(scene: Scene) -> str:
 def _no_friction(scene: Scene) -> str:
     if not scene.contact.enabled:
         return _no_contact(scene)
-    if rod_friction(scene).max() > 0.0 or any(step.friction_schedule for step in scene.steps):
-        return ""
-    return "all coefficients between rods are 0"
+    return "" if rod_friction(scene).max() > 0.0 else "all coefficients between rods are 0"
 
 
 def _no_cylinder(scene: Scene) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import combinations_with_replacement
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
@@ -128,6 +129,23 @@ class Scene(Table):
         if self.model == "fem" and move > LARGEST_MOVE:
             expected = f"at most {LARGEST_MOVE:.4g}"
             raise refusal("steps too long", at="solver.move_over_diameter", found=f"{move:g}", expected=expected)
+        return self
+
+    @model_validator(mode="after")
+    def _check_schedules(self) -> Self:
+        rods = [rod.name for rod in self.rods]
+        coefficients = [self.friction_between(*pair) for pair in combinations_with_replacement(rods, 2)]
+        if not self.contact.enabled:
+            found = "contact.enabled = false"
+        elif self.contact.friction == 0.0:
+            found = "contact.friction = 0"
+        else:
+            found = "" if max(coefficients) > 0.0 else "no friction between rods"
+        for index, step in enumerate(self.steps):
+            if step.friction_schedule and found:
+                at = f"steps.{index}.friction_schedule"
+                expected = "contact with contact.friction above 0, which the schedule scales"
+                raise refusal("a schedule without friction", at=at, found=found, expected=expected)
         return self
 
     @model_validator(mode="after")

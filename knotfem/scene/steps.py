@@ -112,7 +112,8 @@ class _Step(Table):
     Attributes:
         name: for tables and progress; the kind by default.
         ends: for every rod.
-        friction_schedule: rod-rod friction against time, linear between its points; empty leaves it as it is.
+        friction_schedule: what `contact.friction` becomes against time, linear between its points, the coefficients of
+            pairs of rods in proportion; empty leaves it as it is.
         must_hold: whether a knot that unravels ends the run with an error.
     """
 

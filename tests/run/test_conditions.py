@@ -12,8 +12,8 @@ HOLD = 'steps=[{kind="relax"},{kind="hold",duration="2 s",friction_schedule=[%s]
 FALLING = '{time="0 s",friction=0.3},{time="2 s",friction=0.15}'
 
 
-def holding(schedule: str, friction: float = 0.3) -> Scene:
-    return load_scene("overhand", [HOLD % schedule, f"contact.friction={friction}"])
+def holding(schedule: str) -> Scene:
+    return load_scene("overhand", [HOLD % schedule, "contact.friction=0.3"])
 
 
 def test_driven_end_goes_as_far_as_the_step_says():
@@ -40,12 +40,6 @@ def test_friction_follows_its_schedule_and_then_stays():
     kept = friction_factor(scene, after, 6.0)
     assert kept is not None
     assert kept(6.5) == pytest.approx(0.5)
-
-
-def test_schedule_without_friction_is_refused():
-    scene = holding(FALLING, friction=0.0)
-    with pytest.raises(InputError, match=r"contact\.friction: a friction schedule needs friction"):
-        friction_factor(scene, scene.steps[1], 0.0)
 
 
 def test_following_force_pulls_outwards_or_inwards_and_never_across():

@@ -168,6 +168,22 @@ REFUSED = [
 ]
 
 
+@pytest.mark.parametrize("model", ["fem", "rod"])
+@pytest.mark.parametrize(
+    ("override", "found"),
+    [
+        ("contact.enabled=false", "contact.enabled = false"),
+        ("contact.friction=0", "contact.friction = 0"),
+        ("contact.pairs=[{between=['rod', 'rod'], friction=0}]", "no friction between rods"),
+    ],
+)
+def test_friction_schedule_needs_friction_to_scale(model: str, override: str, found: str) -> None:
+    schedule = "steps.1.friction_schedule=[{time='1 s', friction=0.1}]"
+    error = refused("overhand", f"model={model}", override, schedule)
+    assert error.key == "steps.1.friction_schedule"
+    assert error.found == found
+
+
 @pytest.mark.parametrize(("override", "key", "text"), REFUSED)
 def test_refuses_naming_the_override(override: str, key: str, text: str) -> None:
     error = refused("bowline", override)
