@@ -14,7 +14,7 @@ from knotfem.cost.ladders import Rung, base_rung
 from knotfem.cost.measured import Measured, measure
 from knotfem.cost.quantities import LABELS, scale_of
 from knotfem.cost.study import make_campaign, require_base
-from knotfem.effects.registry import REGISTERED
+from knotfem.effects.registry import INTERNAL_DAMPING, REGISTERED
 from knotfem.run.registry import REGISTRY
 from knotfem.scene.model import Scene
 
@@ -24,6 +24,10 @@ if TYPE_CHECKING:
 
 def _core(scene: Scene) -> list[str]:
     return [f"rods.{i}.core=none" for i in range(len(scene.rods))]
+
+
+def _damping(scene: Scene) -> list[str]:
+    return [f"rods.{i}.material.relaxation_time=0 s" for i in range(len(scene.rods))]
 
 
 def _pairs(scene: Scene, *, obstacles: bool) -> list[str]:
@@ -55,6 +59,7 @@ def _obstacles(scene: Scene) -> list[str]:
 
 SWITCHES: dict[str, Callable[[Scene], list[str]]] = {
     "core": _core,
+    INTERNAL_DAMPING: _damping,
     "inertia": lambda scene: ["inertia.scheme=quasi-static"],
     "drag": lambda scene: ["drag=none"],
     "gravity": lambda scene: ["gravity=none"],

@@ -23,6 +23,10 @@ REGISTERED = {
     "viscous_drag": "knotfem.effects.viscous",
 }
 """Module of each effect by its name, which is also its table's."""
+INTERNAL_DAMPING = "internal damping"
+"""Of the rod model's materials."""
+BOOKED_BY_NAME = (*REGISTERED, INTERNAL_DAMPING)
+"""Effects with an energy account of their own."""
 
 
 class Strand(Protocol):

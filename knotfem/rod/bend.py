@@ -115,6 +115,11 @@ class Bend(Hinged):
         scale = np.where(size > 0.0, self.modulus * self.curvature(x) * self.frames.cell, 0.0)
         return (scale / np.where(size > 0.0, size, 1.0))[:, None] * binormal
 
+    def clamp_couples(self, x: np.ndarray) -> np.ndarray:
+        a, _, left = self._clamps(x)
+        moment = self.moment(x)[len(self.frames.hinges) - len(a) :]
+        return np.where(left, -moment, moment)
+
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
         f = self.frames
         return _assemble(x, f.hinges, f.stencils, f.tangent0, self.modulus, residual, *matrix_arguments(matrix))

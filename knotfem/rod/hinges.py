@@ -33,5 +33,16 @@ class Hinged(Effect):
     def keys(self, nodes: int) -> np.ndarray:
         return stencil_keys(self.frames.stencils, nodes)
 
+    def clamp_couples(self, x: np.ndarray) -> np.ndarray:
+        """Couple of each clamp on its rod [N mm], shape [clamps, 3]."""
+        raise NotImplementedError
+
+    def _clamps(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Directions left and right of the clamps' hinges, and whether the clamp is on the left, shape [clamps, 3]."""
+        hinges = self.frames.hinges[len(self.frames.hinges) - len(self.frames.clamps) :]
+        tangent = self.frames.current(x)[0]
+        left = (hinges[:, 0] >= self.frames.layout.nodes)[:, None]
+        return tangent[hinges[:, 0]], tangent[hinges[:, 1]], left
+
     def merit(self, x: np.ndarray) -> float:
         return self.energy(x)

@@ -6,15 +6,15 @@ from dataclasses import asdict, dataclass, field
 
 import numpy as np
 
+from knotfem.effects.registry import INTERNAL_DAMPING
 from knotfem.rod.frames import Frames
+from knotfem.rod.hinges import Hinged
 from knotfem.solver.effect import Motion, StepStart
 from knotfem.solver.system import System
 
 ELASTIC = ("stretch", "bend", "twist")
 CONTACT = ("contact", "cylinder")
 RUBBING = ("friction", "cylinder friction")
-INSTANT = 1e-12
-"""A step that begins a phase without moving anything [s]."""
 
 
 @dataclass
@@ -22,8 +22,8 @@ class Energies:
     """Energies [N mm].
 
     Stored, each the present value: stretch, bend, twist, contact, springs (of sticking friction), gravity, kinetic.
-    Summed since the account was opened: work of supports, clamps and loads; what friction, drag and the time
-    integration took.
+    Summed since the account was opened: work of supports, clamps and loads; what friction, drag, internal damping and
+    the time integration took.
     """
 
     stretch: float = 0.0
@@ -36,6 +36,7 @@ class Energies:
     work: float = 0.0
     friction: float = 0.0
     drag: float = 0.0
+    damping: float = 0.0
     numerical: float = 0.0
 
     @property
@@ -56,7 +57,7 @@ class Ledger:
 
     Attributes:
         energies: as of the last booked step.
-        friction_step, drag_step, numerical_step: what the last step took.
+        friction_step, drag_step, damping_step, numerical_step: what the last step took.
     """
 
     mass: np.ndarray
@@ -64,6 +65,7 @@ class Ledger:
     energies: Energies = field(default_factory=Energies)
     friction_step: float = 0.0
     drag_step: float = 0.0
+    damping_step: float = 0.0
     numerical_step: float = 0.0
     _before: dict[str, np.ndarray] = field(default_factory=dict, init=False)
     _couples: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)), init=False)
@@ -71,8 +73,12 @@ class Ledger:
     def open(self, system: System, frames: Frames, x: np.ndarray, v: np.ndarray, time: float) -> None:
         """A phase is about to march from x, shape [nodes, 4]; sums go on."""
         self._store(system, x, v)
-        system.begin(StepStart(Motion(x, v, np.zeros_like(v), time), INSTANT))
-        self._before = {name: force for name, force in system.forces(x).items() if name not in ("inertia", "drag")}
+        self._before = {}
+        here = StepStart(Motion(x, v, np.zeros_like(v), time), 0.0)
+        for effect in system.effects:
+            effect.begin(here)
+            if not effect.viscous and effect.name != "inertia":
+                effect.assemble(x, self._before.setdefault(effect.name, np.zeros_like(x)), None)
         self._couples = clamp_couples(system, frames, x)
 
     def book(self, system: System, frames: Frames, start: StepStart, x: np.ndarray, v: np.ndarray) -> None:
@@ -93,11 +99,14 @@ class Ledger:
             work += 0.5 * float((before_couples[c] + couples[c]) @ turn)
         self.friction_step = sum(effect.dissipated for name in RUBBING for effect in _named(system, name))
         self.drag_step = float(np.sum(forces["drag"] * dx)) if "drag" in forces else 0.0
+        self.damping_step = sum(effect.dissipated for effect in _named(system, INTERNAL_DAMPING))
         self._store(system, x, v)
-        self.numerical_step = work - (e.stored - stored) - self.friction_step - self.drag_step
+        taken = self.friction_step + self.drag_step + self.damping_step
+        self.numerical_step = work - (e.stored - stored) - taken
         e.work += work
         e.friction += self.friction_step
         e.drag += self.drag_step
+        e.damping += self.damping_step
         e.numerical += self.numerical_step
         self._before, self._couples = forces, couples
 
@@ -131,22 +140,8 @@ def _named(system: System, name: str) -> list:
 
 def clamp_couples(system: System, frames: Frames, x: np.ndarray) -> np.ndarray:
     """Couple of each clamp on its rod [N mm], shape [clamps, 3]."""
-    count = len(frames.clamps)
-    couples = np.zeros((count, 3))
-    if count == 0:
-        return couples
-    hinges = frames.hinges[-count:]
-    tangent = frames.current(x)[0]
-    a, b = tangent[hinges[:, 0]], tangent[hinges[:, 1]]
-    left = (hinges[:, 0] >= frames.layout.nodes)[:, None]
-    k = np.cross(a, b) / (1.0 + np.einsum("ki,ki->k", a, b)[:, None])
-    for effect in _named(system, "bend"):
-        moment = effect.moment(x)[-count:]
-        couples += np.where(left, -moment, moment)
-    for effect in _named(system, "twist"):
-        torque = effect.torque(x)[-count:, None]
-        couples += torque * np.where(left, np.cross(a, k) - a, b + np.cross(b, k))
-    return couples
+    none = np.zeros((len(frames.clamps), 3))
+    return sum((effect.clamp_couples(x) for effect in system.effects if isinstance(effect, Hinged)), none)
 
 
 def rotation_between(before: tuple[np.ndarray, np.ndarray], after: tuple[np.ndarray, np.ndarray]) -> np.ndarray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -32,8 +32,11 @@ from knotfem.solver.effect import Effect, Motion
 from knotfem.solver.linear import make_solver
 from knotfem.solver.march import Accepted, March, Progress, StepControl
 from knotfem.solver.newton import NewtonSettings
+from knotfem.solver.prescribed import Prescribed
 from knotfem.solver.schemes import BackwardEuler, Scheme
-from knotfem.solver.system import Prescribed
+
+if TYPE_CHECKING:
+    from knotfem.rod.damping import Dashpot
 
 Side = tuple[int, str]
 """Number of a rod, and "start" or "end"."""
@@ -92,6 +95,9 @@ class RodModel:
         self.contact: Contact | None = None
         self.friction: Friction | None = None
         self.cylinders: list[tuple[Cylinder, CylinderFriction]] = []
+        self._damping: list[Dashpot] = []
+        if any(rod.relaxation_time > 0.0 for rod in rods):
+            self._add_damping([rod.relaxation_time for rod in rods])
         if self.scheme.inertial:
             self.effects.append(Inertia(self.mass, self.scheme))
         if drag > 0.0:
@@ -108,6 +114,12 @@ class RodModel:
         self._ends: dict[Side, End] = {}
         self._first_tangents = [tangents(rod.points)[[0, -1]] for rod in rods]
         self._moved = False
+
+    def _add_damping(self, times: Sequence[float]) -> None:
+        from knotfem.rod.damping import make_damping
+
+        self._damping = make_damping(self.stretch, self.bend, self.twist, self.frames, times)
+        self.effects += self._damping
 
     def _add_contact(self, spec: ContactSpec, cylinders: Sequence[CylinderSpec]) -> None:
         samples = make_samples(self.layout, spec.sample_spacing)
@@ -209,6 +221,8 @@ class RodModel:
         self._ends = dict(ends)
         self._moved = True
         self.frames.set_clamps(clamps, x, time)
+        for dashpot in self._damping:
+            dashpot.reset(x)
         if self.system is not None:
             self.system.close()
         self.system = RodSystem(

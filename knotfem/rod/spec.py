@@ -24,6 +24,7 @@ class RodSpec:
         mass_per_length: [tonne/mm].
         spacing: length of a segment free of stress [mm]; None for the mean chord.
         directors: material director of each segment, across it, shape [n, 3]; None for a rod free of twist.
+        relaxation_time: of internal damping [s].
     """
 
     points: np.ndarray
@@ -34,6 +35,7 @@ class RodSpec:
     mass_per_length: float
     spacing: float | None = None
     directors: np.ndarray | None = None
+    relaxation_time: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

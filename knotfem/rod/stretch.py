@@ -22,7 +22,7 @@ MERIT_STIFFNESS_OVER_BENDING = 5.0
 
 
 @njit(cache=True)
-def _assemble(x, edges, h, stiffness, force, residual, tangent, node_ptr, node_adj, data, excess, direction):
+def _assemble(x, edges, h, stiffness, rest, force, residual, tangent, node_ptr, node_adj, data, excess, direction):
     block = np.zeros((8, 8))
     nodes = np.empty(2, np.int64)
     d = np.empty(3)
@@ -31,7 +31,7 @@ def _assemble(x, edges, h, stiffness, force, residual, tangent, node_ptr, node_a
         for c in range(3):
             d[c] = x[i + 1, c] - x[i, c]
         length = np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
-        carried = stiffness[k] * (length / h[k] - 1.0)
+        carried = stiffness[k] * (length / h[k] - 1.0 - rest[k])
         excess[k] = carried - force[k]
         for c in range(3):
             direction[k, c] = d[c] / length
@@ -74,6 +74,7 @@ class Stretch(Effect):
         self._stiffness = np.asarray(self.stiffness, dtype=float)[rod]
         self._moderate = np.minimum(self._stiffness, np.asarray(self.merit_stiffness, dtype=float)[rod])
         self.force = np.zeros(rod.size)
+        self._rest = np.zeros(rod.size)
         self._dforce = np.zeros(rod.size)
         self._excess = np.zeros(rod.size)
         self._direction = np.zeros((rod.size, 3))
@@ -89,12 +90,12 @@ class Stretch(Effect):
 
     def tension(self, x: np.ndarray) -> np.ndarray:
         """Axial force of each edge [N], shape [edges]."""
-        return self._stiffness * self.strain(x)
+        return self._stiffness * (self.strain(x) - self._rest)
 
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
         return _assemble(
-            x, self.layout.edges, self._h, self._stiffness, self.force, residual, *matrix_arguments(matrix),
-            self._excess, self._direction,
+            x, self.layout.edges, self._h, self._stiffness, self._rest, self.force, residual,
+            *matrix_arguments(matrix), self._excess, self._direction,
         )  # fmt: skip
 
     def increment(self, du: np.ndarray) -> None:
@@ -106,11 +107,11 @@ class Stretch(Effect):
         self.force += fraction * self._dforce
 
     def merit(self, x: np.ndarray) -> float:
-        e = self.strain(x)
+        e = self.strain(x) - self._rest
         return float(np.sum(self._h * ((self.force + self._dforce) * e + 0.5 * self._moderate * e * e)))
 
     def energy(self, x: np.ndarray) -> float:
-        return 0.5 * float(np.sum(self._h * self._stiffness * self.strain(x) ** 2))
+        return 0.5 * float(np.sum(self._h * self._stiffness * (self.strain(x) - self._rest) ** 2))
 
     def memory(self) -> Arrays:
         return {"force": self.force.copy()}

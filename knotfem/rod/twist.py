@@ -41,18 +41,19 @@ def _twist(x, hinge, tangent0, director0, turn0, per_radius, a, b, f, u, g):
 
 
 @njit(cache=True)
-def _energy(x, hinges, tangent0, director0, turn0, per_radius, modulus):
+def _energy(x, hinges, tangent0, director0, turn0, per_radius, rest, modulus):
     a, b, f, u, g = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     total = 0.0
     for k in range(hinges.shape[0]):
-        m = _twist(x, hinges[k], tangent0, director0, turn0[k], per_radius, a, b, f, u, g)[0]
+        m = _twist(x, hinges[k], tangent0, director0, turn0[k], per_radius, a, b, f, u, g)[0] - rest[k]
         total += 0.5 * modulus[k] * m * m
     return total
 
 
 @njit(cache=True)
 def _assemble(
-    x, hinges, stencils, tangent0, director0, turn0, per_radius, modulus, residual, tangent, node_ptr, node_adj, data
+    x, hinges, stencils, tangent0, director0, turn0, per_radius, rest, modulus, residual, tangent, node_ptr, node_adj,
+    data,
 ):  # fmt: skip
     a, b, f, u, g = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     kab, kaa, kbb = np.empty(3), np.empty(3), np.empty(3)
@@ -65,6 +66,7 @@ def _assemble(
     for k in range(hinges.shape[0]):
         ja, jb = hinges[k]
         m, la, lb = _twist(x, hinges[k], tangent0, director0, turn0[k], per_radius, a, b, f, u, g)
+        m -= rest[k]
         half_binormal(a, b, kab)
         half_binormal(tangent0[ja], a, kaa)
         half_binormal(tangent0[jb], b, kbb)
@@ -128,17 +130,28 @@ class Twist(Hinged):
     def __post_init__(self) -> None:
         self.name = "twist"
 
+    @property
+    def rest(self) -> np.ndarray:
+        """Twist of each hinge when free of stress [rad], shape [hinges]."""
+        return np.zeros(len(self.frames.hinges))
+
     def torque(self, x: np.ndarray) -> np.ndarray:
         """Twisting moment of each hinge [N mm], shape [hinges]."""
-        return self.modulus * self.frames.twists(x)
+        return self.modulus * (self.frames.twists(x) - self.rest)
+
+    def clamp_couples(self, x: np.ndarray) -> np.ndarray:
+        a, b, left = self._clamps(x)
+        k = np.cross(a, b) / (1.0 + np.einsum("ki,ki->k", a, b)[:, None])
+        torque = self.torque(x)[len(self.frames.hinges) - len(a) :, None]
+        return torque * np.where(left, np.cross(a, k) - a, b + np.cross(b, k))
 
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
         f = self.frames
         return _assemble(
-            x, f.hinges, f.stencils, f.tangent0, f.director0, f.turn0, f.per_radius, self.modulus, residual,
-            *matrix_arguments(matrix),
+            x, f.hinges, f.stencils, f.tangent0, f.director0, f.turn0, f.per_radius, self.rest, self.modulus,
+            residual, *matrix_arguments(matrix),
         )  # fmt: skip
 
     def energy(self, x: np.ndarray) -> float:
         f = self.frames
-        return _energy(x, f.hinges, f.tangent0, f.director0, f.turn0, f.per_radius, self.modulus)
+        return _energy(x, f.hinges, f.tangent0, f.director0, f.turn0, f.per_radius, self.rest, self.modulus)

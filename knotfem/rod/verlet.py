@@ -11,7 +11,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from knotfem.effects.inertia import Drag
-from knotfem.errors import NotConverged
+from knotfem.effects.registry import INTERNAL_DAMPING
+from knotfem.errors import InputError, NotConverged
 from knotfem.rod.sparsity import RodPattern
 from knotfem.rod.system import RodSystem
 from knotfem.solver.effect import Effect, Motion, StepStart
@@ -65,8 +66,11 @@ def verlet(system: RodSystem, motion: Motion, mass: np.ndarray, dt: float, steps
         steps: how many.
 
     Raises:
+        InputError: there is internal damping.
         NotConverged: the motion blew up.
     """
+    if system.effect(INTERNAL_DAMPING):
+        raise InputError("explicit steps have no internal damping", key="rod model", expected="no relaxation time")
     drag = sum(effect.rate for effect in system.effects if isinstance(effect, Drag))
     free = ~system.fixed
     inverse = np.where(free, 1.0 / np.where(mass > 0.0, mass, np.inf), 0.0)

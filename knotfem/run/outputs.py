@@ -9,7 +9,7 @@ from typing import Any, Concatenate, ParamSpec
 
 import numpy as np
 
-from knotfem.effects.registry import REGISTERED
+from knotfem.effects.registry import BOOKED_BY_NAME
 from knotfem.run.account import Account, Balance
 from knotfem.run.contacts import CONTACT_COLUMNS, contact_rows
 from knotfem.run.directory import RunDirectory
@@ -51,7 +51,8 @@ class Outputs:
         self.summary = Summary(run, model)
         self.mapping_times: list[float] = []
         self._series = None
-        self._registered_columns = [_column(e.name) for e in model.effects if e.name in REGISTERED]
+        booked = (effect.name for effect in model.effects if effect.name in BOOKED_BY_NAME)
+        self._registered_columns = [_column(name) for name in dict.fromkeys(booked)]
 
     def begin(self, metadata: dict[str, Any] | None) -> None:
         """Start the tables, or cut them back to the rows of a checkpoint."""
@@ -206,4 +207,4 @@ class Outputs:
 
 
 def _column(name: str) -> str:
-    return f"{name}_Nmm"
+    return f"{name.replace(' ', '_')}_Nmm"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knotfem.effects.registry import REGISTERED, module_of
+from knotfem.effects.registry import INTERNAL_DAMPING, REGISTERED, module_of
 from knotfem.run.conditions import gravity_of
 from knotfem.scene.model import Scene
 from knotfem.scene.registered import settings_of
@@ -41,6 +41,10 @@ class Registered:
 
 def _no_core(scene: Scene) -> str:
     return "" if any(rod.core is not None for rod in scene.rods) else "no rod has one"
+
+
+def _no_damping(scene: Scene) -> str:
+    return "" if any(rod.material.relaxation_time > 0.0 for rod in scene.rods) else "no rod has a relaxation time"
 
 
 def _no_inertia(scene: Scene) -> str:
@@ -159,6 +163,7 @@ def _whole(name: str, module: str) -> Registered:
 
 REGISTRY: tuple[Registered, ...] = (
     Registered("core", "knotfem.effects.core", _no_core, None),
+    Registered(INTERNAL_DAMPING, "knotfem.rod.damping", _no_damping, None),
     Registered("inertia", "knotfem.effects.inertia", _no_inertia, _inertia),
     Registered("drag", "knotfem.effects.inertia", _no_drag, _drag),
     Registered("gravity", "knotfem.effects.gravity", _no_gravity, _gravity),

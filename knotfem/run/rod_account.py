@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from knotfem.effects.registry import INTERNAL_DAMPING
 from knotfem.rod.model import RodModel
 from knotfem.run.account import Account
 from knotfem.run.model import StepSystem
@@ -21,7 +22,7 @@ class RodAccount(Account):
     def open(self, x: np.ndarray, v: np.ndarray, *, anew: bool) -> None:
         if anew:
             sums = self._rod.ledger.energies
-            sums.work = sums.friction = sums.drag = sums.numerical = 0.0
+            sums.work = sums.friction = sums.drag = sums.damping = sums.numerical = 0.0
         super().open(x, v, anew=anew)
 
     def _book(self, step: StepSystem, start: StepStart, x: np.ndarray, v: np.ndarray) -> dict[str, np.ndarray]:
@@ -31,6 +32,8 @@ class RodAccount(Account):
         forces, sums = ledger.forces, ledger.energies
         e.turnover += abs(sums.work - e.work)
         e.work, e.friction, e.drag = sums.work, sums.friction, sums.drag
+        if step.system.effect(INTERNAL_DAMPING):
+            e.taken_by[INTERNAL_DAMPING] = sums.damping
         kinetic = e.kinetic
         self._store(x, v)
         if "inertia" in forces:

@@ -56,6 +56,7 @@ def rod_spec(laid: LaidRod) -> RodSpec:
         mass_per_length=rod.material.density * np.pi * rod.diameter**2 / 4.0,
         spacing=rod.length / rod.slices,
         directors=laid.directors,
+        relaxation_time=rod.material.relaxation_time,
     )
 
 

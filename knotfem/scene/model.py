@@ -124,6 +124,18 @@ class Scene(Table):
         return self
 
     @model_validator(mode="after")
+    def _check_damping(self) -> Self:
+        for index, rod in enumerate(self.rods):
+            if self.model == "fem" and rod.material.relaxation_time > 0.0:
+                raise refusal(
+                    "only the rod model has internal damping",
+                    at=f"rods.{index}.material.relaxation_time",
+                    found=f"{rod.material.relaxation_time:g} s",
+                    expected='none, or model = "rod"',
+                )
+        return self
+
+    @model_validator(mode="after")
     def _check_moves(self) -> Self:
         move = self.solver.move_over_diameter
         if self.model == "fem" and move > LARGEST_MOVE:

@@ -9,7 +9,7 @@ from typing import Annotated, Literal, Self
 from pydantic import AfterValidator, Field, model_validator
 
 from knotfem import shipped
-from knotfem.scene.quantity import Angle, PositiveDensity, PositiveLength, PositivePressure
+from knotfem.scene.quantity import Angle, Duration, PositiveDensity, PositiveLength, PositivePressure
 from knotfem.scene.table import Direction, Flag, Integer, Name, Number, Point, Table, known_name, refusal
 
 CURVE_SUFFIXES = (".csv", ".json")
@@ -47,12 +47,14 @@ class Material(Table):
         youngs_modulus: E at small strain [MPa].
         bulk_over_shear: bulk over shear modulus; 500 is a Poisson's ratio of 0.499.
         density: [tonne/mm^3].
+        relaxation_time: of internal damping after Kelvin and Voigt, E (e + tau de/dt) [s]; 0 for none. Rod model only.
     """
 
     model: Literal["neo-hooke"] = "neo-hooke"
     youngs_modulus: PositivePressure
     bulk_over_shear: Annotated[Number, Field(gt=2.0 / 3.0)] = 500.0
     density: PositiveDensity
+    relaxation_time: Duration = 0.0
 
     @property
     def shear_modulus(self) -> float:

@@ -67,7 +67,7 @@ class Effect:
 
     Attributes:
         symmetric: whether the tangent is symmetric.
-        viscous: whether it is a resistance of the surroundings, which takes work and is nothing at rest.
+        viscous: whether it is a resistance, which takes work and is nothing at rest.
     """
 
     name: str = field(default="", init=False)

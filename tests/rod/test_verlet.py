@@ -25,8 +25,7 @@ def implicit(model: RodModel, duration: float, steps: int) -> np.ndarray:
     """By the trapezoidal rule, from consistent accelerations."""
     assert model.system is not None
     inverse = np.where(model.system.fixed | (model.mass == 0.0), 0.0, 1.0 / np.maximum(model.mass, 1e-300))
-    forces = model.system.forces(model.x)
-    static = sum((f for name, f in forces.items() if name not in ("inertia", "drag")), np.zeros_like(model.x))
+    static = sum(model.ledger.forces.values(), np.zeros_like(model.x))
     model.progress.motion.a = -inverse * static
     dt = duration / steps
     for _ in model.march(StepControl(dt, 1e-3 * dt, dt, 1e3), model.settings(1e-8), [duration]):
