@@ -17,8 +17,9 @@ from knotfem.run.mapping import make_paths, mapping
 from knotfem.scene import load_scene
 from knotfem.solver.effect import Motion, StepStart
 from knotfem.solver.linear import make_solver
+from knotfem.solver.prescribed import Prescribed
 from knotfem.solver.schemes import Scheme
-from knotfem.solver.system import Prescribed, System
+from knotfem.solver.system import System
 
 
 def best(function: Callable[[], object], repeats: int) -> float:

@@ -62,6 +62,7 @@ class Contact(Effect):
         self.match = np.zeros(0, dtype=np.int64)
         self.reach = SEARCH_GAP_OVER_RADIUS * float(self.tubes.radius.min())
         self._stale_move = STALE_MOVE_OVER_RADIUS * float(self.tubes.radius.min())
+        self.closing = PREDICTED_CLOSING_OVER_RADIUS * float(self.tubes.radius.min())
         self._searched = np.zeros((0, 3))
         self.points = np.zeros((self.samples.u.size, 3))
         self.area = 0.5 * self.samples.area
@@ -114,8 +115,8 @@ class Contact(Effect):
         kernels.project_pairs(x + dx, self.tubes.arrays, points, self.pairs, uv, gap)
         near = np.isfinite(gap) & np.isfinite(self.gap)
         closing = np.maximum(self.gap[near], 0.0) - gap[near]
-        limit = PREDICTED_CLOSING_OVER_RADIUS * float(self.tubes.radius.min())
-        return min(1.0, limit / float(closing.max())) if closing.size and closing.max() > limit else 1.0
+        most = float(closing.max(initial=0.0))
+        return min(1.0, self.closing / most) if most > 0.0 else 1.0
 
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
         s, t, none = self.samples, self.tubes, np.zeros(0, dtype=np.int64)

@@ -32,6 +32,7 @@ class Cylinder(Effect):
         origin: a point on the axis [mm], shape [3].
         axis: unit vector, shape [3].
         radius: [mm].
+        closing: most that a predicted move may bring a sample closer where it ends inside [mm].
 
     Attributes:
         touching: samples near the cylinder.
@@ -43,6 +44,7 @@ class Cylinder(Effect):
     origin: np.ndarray
     axis: np.ndarray
     radius: float
+    closing: float = np.inf
     touching: np.ndarray = field(default_factory=lambda: _NONE, init=False)
 
     def __post_init__(self) -> None:
@@ -65,6 +67,16 @@ class Cylinder(Effect):
         self.touching = found[:count].copy()
         self.gap = self._gap[:count].copy()
 
+    def admissible(self, x: np.ndarray, dx: np.ndarray) -> float:
+        points = np.empty_like(self.points)
+        sample_points(x + dx, self.samples.nodes, self.samples.weights, points)
+        there = self._all_gaps(points)
+        inside = there < 0.0
+        if not inside.any():
+            return 1.0
+        closing = float((np.maximum(self._all_gaps(self.points[inside]), 0.0) - there[inside]).max())
+        return min(1.0, self.closing / closing)
+
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
         s = self.samples
         self.force[:] = 0.0
@@ -85,6 +97,11 @@ class Cylinder(Effect):
     def penetration(self) -> float:
         """Deepest penetration [mm]."""
         return float(max(0.0, -self.gap.min())) if self.gap.size else 0.0
+
+    def _all_gaps(self, points: np.ndarray) -> np.ndarray:
+        gap, every = np.empty(len(points)), np.empty(len(points), dtype=np.int64)
+        kernels.gaps(points, self.origin, self.axis, self.radius, every, gap, np.inf)
+        return gap
 
     def _stored(self, points: np.ndarray) -> float:
         return kernels.energies(

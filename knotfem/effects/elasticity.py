@@ -61,6 +61,10 @@ class Elasticity(Effect):
         level = np.repeat(np.linspace(-1.0, 1.0, levels), count // levels)
         return float(2.0 / (self.formulation.grads[0, 0, :, 2] @ level))
 
+    @property
+    def sound(self) -> bool:
+        return self.smallest_j > 0.0
+
     def forget(self) -> None:
         """Set pressures and modes back to those of an unstressed rod; the next solve finds them anew."""
         self.pressure[:] = 0.0

@@ -1,4 +1,4 @@
-"""Forces on end sections, dead and following, and prescribed motions of them."""
+"""Forces on end sections, dead and following."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import numpy as np
 
 from knotfem.solver.effect import Effect, StepStart
 from knotfem.solver.sparsity import Matrix, add_blocks
-from knotfem.solver.system import Prescribed
 
 History = Callable[[float], float]
 """A scalar as a function of time [s]."""
@@ -59,6 +58,7 @@ class FollowingForce(Effect):
     outer: int
     magnitude: History
     _force: float = field(default=0.0, init=False)
+    _tangent: np.ndarray = field(default_factory=lambda: np.zeros(3), init=False)
 
     def __post_init__(self) -> None:
         self.name = "load"
@@ -75,7 +75,7 @@ class FollowingForce(Effect):
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
         d = x[self.outer] - x[self.inner]
         length = float(np.linalg.norm(d))
-        t = d / length
+        t = self._tangent = d / length
         residual[self.nodes] -= self._force * self.weights[:, None] * t
         if matrix is None:
             return True
@@ -91,31 +91,6 @@ class FollowingForce(Effect):
             self._stencil, block.reshape(size, size), pattern.node_ptr, pattern.node_adj, pattern.upper, matrix.data
         )
 
-
-def held(nodes: np.ndarray, positions: np.ndarray, label: str = "") -> Prescribed:
-    """Nodes that stay where they are."""
-    fixed = positions.copy()
-    return Prescribed(nodes, lambda time: fixed, label)
-
-
-def driven(
-    nodes: np.ndarray, positions: np.ndarray, direction: np.ndarray, path: History, label: str = ""
-) -> Prescribed:
-    """Nodes carried without rotation along `direction` by path(time) [mm]."""
-    fixed = positions.copy()
-    return Prescribed(nodes, lambda time: fixed + path(time) * direction, label)
-
-
-def turned(
-    nodes: np.ndarray, positions: np.ndarray, centre: np.ndarray, axis: np.ndarray, angle: History, label: str = ""
-) -> Prescribed:
-    """Nodes turned rigidly about an axis through `centre` by angle(time) [rad]."""
-    arm = positions - centre
-    axis = axis / np.linalg.norm(axis)
-
-    def place(time: float) -> np.ndarray:
-        a = angle(time)
-        along = np.outer(arm @ axis, axis)
-        return centre + along + np.cos(a) * (arm - along) + np.sin(a) * np.cross(axis, arm)
-
-    return Prescribed(nodes, place, label)
+    def merit(self, x: np.ndarray) -> float:
+        """Of the force as a dead one along the tangent last assembled: a following force has no potential."""
+        return -self._force * float(self.weights @ (x[self.nodes] @ self._tangent))

@@ -10,8 +10,9 @@ from knotfem.rod.layout import RodLayout
 from knotfem.rod.sparsity import RodPattern
 from knotfem.solver.effect import Effect
 from knotfem.solver.linear import LinearSolver
+from knotfem.solver.prescribed import Prescribed
 from knotfem.solver.schemes import Scheme
-from knotfem.solver.system import Prescribed, System
+from knotfem.solver.system import System
 
 
 class RodSystem(System):

@@ -15,8 +15,9 @@ from knotfem.run.build import Body, RodBody
 from knotfem.solver.effect import Motion, StepStart
 from knotfem.solver.linear import make_solver
 from knotfem.solver.newton import Iterations, NewtonSettings, StepFailed, solve
+from knotfem.solver.prescribed import Prescribed
 from knotfem.solver.schemes import Scheme
-from knotfem.solver.system import Prescribed, System
+from knotfem.solver.system import System
 from knotfem.tie import CentrelinePath, swept_state
 
 LOOSE = 0.1

@@ -13,8 +13,9 @@ from knotfem.run.registry import REGISTRY
 from knotfem.scene.steps import Clamped, Driven, Loaded, Pinned, Pull, Step, Turn, Turned
 from knotfem.solver.effect import Effect
 from knotfem.solver.linear import make_solver
+from knotfem.solver.prescribed import Prescribed, driven, held, turned
 from knotfem.solver.schemes import Scheme
-from knotfem.solver.system import Prescribed, System
+from knotfem.solver.system import System
 
 
 @dataclass(eq=False)
@@ -96,8 +97,6 @@ def step_system(
 
 
 def _add_end(rod: RodBody, side: str, step: Step, start, x, before, prescribed, loads, drives) -> None:
-    from knotfem.effects.load import EndForce, FollowingForce, driven, held, turned
-
     end = getattr(step.ends[rod.scene.name], side)
     label = f"{rod.scene.name}.{side}"
     nodes = rod.end_nodes(side)
@@ -119,6 +118,8 @@ def _add_end(rod: RodBody, side: str, step: Step, start, x, before, prescribed, 
             angle = turn_angle(end.turns, step, start)
             prescribed.append(turned(nodes, x[nodes], x[axis], tangent, angle, label))
         case Loaded():
+            from knotfem.effects.load import EndForce, FollowingForce
+
             direction = unit(end.direction)
             history = force_history(end.force, before.get(label, 0.0), step, start)
             if end.following:

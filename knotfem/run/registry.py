@@ -138,7 +138,7 @@ def _cylinder(module: Any, model: Model) -> Sequence[Effect]:
     for obstacle in model.body.scene.obstacles:
         axis = np.array(obstacle.axis, dtype=float) / np.linalg.norm(obstacle.axis)
         point, radius = np.array(obstacle.point), 0.5 * obstacle.diameter
-        cylinders.append(module.Cylinder(contact.samples, model.body.law, point, axis, radius))
+        cylinders.append(module.Cylinder(contact.samples, model.body.law, point, axis, radius, contact.closing))
     return cylinders
 
 

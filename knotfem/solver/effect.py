@@ -74,6 +74,11 @@ class Effect:
     symmetric: bool = field(default=True, init=False)
     viscous: bool = field(default=False, init=False)
 
+    @property
+    def sound(self) -> bool:
+        """Whether the state last assembled can be one of equilibrium: no element is inside out."""
+        return True
+
     def keys(self, nodes: int) -> np.ndarray | None:
         """Adjacency keys (see `Pattern.from_keys`) that the tangent needs; None when the diagonal is enough."""
         return None

@@ -194,12 +194,7 @@ class March:
             factor = c.shrink
         else:
             factor = 1.0
-        if moved > 0.0:
-            factor = min(factor, c.move / moved)
         base = dt if failed or dt > 0.5 * wanted else wanted
+        if moved > 0.0:
+            factor = min(factor, c.move / moved * dt / base)
         return min(max(factor * base, c.smallest), c.largest)
-
-
-def relaxing(control: StepControl, move: float) -> StepControl:
-    """The same limits aiming at another move a step."""
-    return replace(control, move=move)

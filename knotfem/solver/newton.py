@@ -110,6 +110,8 @@ def solve(
         before = excess
         excess = max(took.residual / settings.force_tolerance, took.resultant / settings.resultant_tolerance)
         if not lifted and took.count > 0 and excess < 1.0:
+            if not system.sound:
+                raise StepFailed("an element is inverted")
             return x, took
         if took.count >= settings.max_iterations:
             raise StepFailed(f"no balance after {took.count} iterations: residual {took.residual:.2e} N")

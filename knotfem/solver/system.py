@@ -11,25 +11,9 @@ import numpy as np
 
 from knotfem.solver.effect import Arrays, Effect, Motion, StepStart
 from knotfem.solver.linear import LinearSolver
+from knotfem.solver.prescribed import Prescribed
 from knotfem.solver.schemes import Scheme
 from knotfem.solver.sparsity import Matrix, Pattern, merge_keys
-
-
-@dataclass(frozen=True, eq=False)
-class Prescribed:
-    """Nodes whose positions are given as a function of time.
-
-    Args:
-        nodes: shape [n].
-        positions: time [s] to positions [mm], shape [n, 3].
-        label: the end it belongs to, such as "rod.start".
-        components: which of x, y, z are prescribed; the others stay free.
-    """
-
-    nodes: np.ndarray
-    positions: Callable[[float], np.ndarray]
-    label: str = ""
-    components: tuple[bool, bool, bool] = (True, True, True)
 
 
 @dataclass
@@ -153,7 +137,7 @@ class System:
             rhs: shape [nodes, width].
 
         Returns:
-            Shape [nodes, 3].
+            Shape [nodes, width].
         """
         if shift > 0.0:
             matrix.add_diagonal(np.repeat(shift * self.shift_weights, self.width))
@@ -186,9 +170,23 @@ class System:
         """Fraction of a predicted move `dx` from x, shape [nodes, width], that all effects let through."""
         return min((self.clock.run(e.name, e.admissible, x, dx) for e in self.effects), default=1.0)
 
+    @property
+    def sound(self) -> bool:
+        """Whether the state last assembled can be one of equilibrium."""
+        return all(effect.sound for effect in self.effects)
+
     def merit(self, x: np.ndarray) -> float:
-        """Merit of the line search at x, with the effects' own unknowns at their full increment."""
-        return sum(self.clock.run(effect.name, effect.merit, x) for effect in self.effects)
+        """Merit of the line search at x, with the effects' own unknowns at their full increment.
+
+        Its slope is the residual, so effects weigh in it as the scheme has them.
+        """
+        weight, merit = self.scheme.alpha_f, 0.0
+        for effect in self.effects:
+            part = self.clock.run(effect.name, effect.merit, x)
+            merit += part if effect.name == "inertia" else (1.0 - weight) * part
+        if self._start_residual is not None:
+            merit += weight * float(np.sum(self._start_residual * x))
+        return merit
 
     def accept(self, x: np.ndarray, start: StepStart) -> Motion:
         """Commit the step that ended at x."""

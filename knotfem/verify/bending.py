@@ -7,11 +7,12 @@ from functools import partial
 import numpy as np
 
 from knotfem.effects.gravity import Gravity
-from knotfem.effects.load import EndForce, FollowingForce, held
+from knotfem.effects.load import EndForce, FollowingForce
 from knotfem.solver.effect import Effect, Motion, StepStart
 from knotfem.solver.linear import make_solver
+from knotfem.solver.prescribed import Prescribed, held
 from knotfem.solver.schemes import Scheme
-from knotfem.solver.system import Prescribed, System
+from knotfem.solver.system import System
 from knotfem.verify.rods import WHOLE_STEPS, Rod, arrive, beam_clamp, bent_into_arc, make_rod, march, static
 from knotfem.verify.verdict import Case, Quantity
 

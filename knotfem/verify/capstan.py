@@ -16,15 +16,16 @@ from knotfem.effects.core import Core
 from knotfem.effects.cylinder import Cylinder, CylinderFriction
 from knotfem.effects.elasticity import Elasticity
 from knotfem.effects.inertia import Drag
-from knotfem.effects.load import EndForce, driven, held
+from knotfem.effects.load import EndForce
 from knotfem.effects.penalty import Penalty
 from knotfem.section.resultants import Resultants, resultants
 from knotfem.solver.effect import Effect, Motion
 from knotfem.solver.linear import make_solver
 from knotfem.solver.march import March
 from knotfem.solver.newton import NewtonSettings
+from knotfem.solver.prescribed import Prescribed, driven, held
 from knotfem.solver.schemes import Scheme
-from knotfem.solver.system import Prescribed, System
+from knotfem.solver.system import System
 from knotfem.tie.sweep import swept_state
 from knotfem.verify.rods import Rod, arrive, make_rod, march, surfaces
 from knotfem.verify.solids import CORNERS, tables

@@ -12,7 +12,7 @@ import numpy as np
 
 from knotfem.effects.contact import Contact
 from knotfem.effects.penalty import Penalty
-from knotfem.solver.system import Prescribed
+from knotfem.solver.prescribed import Prescribed
 from knotfem.verify.rods import Rod, make_rod, static, surfaces
 from knotfem.verify.verdict import Case, Quantity
 

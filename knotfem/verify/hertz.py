@@ -20,8 +20,9 @@ from knotfem.mesh.section import Section
 from knotfem.solver.effect import Motion, StepStart
 from knotfem.solver.linear import make_solver
 from knotfem.solver.newton import NewtonSettings, solve
+from knotfem.solver.prescribed import Prescribed
 from knotfem.solver.schemes import Scheme
-from knotfem.solver.system import Prescribed, System
+from knotfem.solver.system import System
 from knotfem.verify.rods import Rod, moduli, surfaces
 from knotfem.verify.verdict import Case, Quantity
 

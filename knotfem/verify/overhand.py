@@ -20,7 +20,6 @@ from knotfem.centerline.resample import equal_chords
 from knotfem.effects.contact import Contact
 from knotfem.effects.friction import Friction
 from knotfem.effects.inertia import Drag
-from knotfem.effects.load import driven, held
 from knotfem.effects.penalty import Penalty
 from knotfem.rod.contact import hertz_line_stiffness
 from knotfem.rod.ends import pinned
@@ -31,8 +30,9 @@ from knotfem.solver.effect import Effect, Motion
 from knotfem.solver.linear import make_solver
 from knotfem.solver.march import March, Progress, StepControl
 from knotfem.solver.newton import NewtonSettings
+from knotfem.solver.prescribed import Prescribed, driven, held
 from knotfem.solver.schemes import Scheme
-from knotfem.solver.system import Prescribed, System
+from knotfem.solver.system import System
 from knotfem.tie.sweep import swept_state
 from knotfem.verify.rods import DENSITY, Rod, make_rod, surfaces
 from knotfem.verify.verdict import Case, Quantity

@@ -20,8 +20,9 @@ from knotfem.solver.effect import Effect, Motion, StepStart
 from knotfem.solver.linear import make_solver
 from knotfem.solver.march import March, Progress, StepControl
 from knotfem.solver.newton import Iterations, NewtonSettings, solve
+from knotfem.solver.prescribed import Prescribed
 from knotfem.solver.schemes import Scheme
-from knotfem.solver.system import Prescribed, System
+from knotfem.solver.system import System
 from knotfem.tie.sweep import swept_state
 
 DENSITY = 1.16e-9

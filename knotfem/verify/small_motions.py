@@ -12,8 +12,9 @@ from scipy.sparse.linalg import eigsh
 from knotfem.effects.load import EndForce
 from knotfem.solver.effect import Motion, StepStart
 from knotfem.solver.linear import make_solver
+from knotfem.solver.prescribed import Prescribed
 from knotfem.solver.schemes import Scheme
-from knotfem.solver.system import Prescribed, System
+from knotfem.solver.system import System
 from knotfem.verify.rods import Rod, beam_clamp, make_rod, static
 from knotfem.verify.verdict import Case, Quantity
 

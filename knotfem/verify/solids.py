@@ -8,11 +8,12 @@ import numpy as np
 
 from knotfem.effects.elasticity import Elasticity
 from knotfem.effects.formulation import CENTRE, Formulation, linear_modes, plain
-from knotfem.effects.load import EndForce, held, turned
+from knotfem.effects.load import EndForce
 from knotfem.solver.effect import Motion
 from knotfem.solver.linear import make_solver
+from knotfem.solver.prescribed import Prescribed, held, turned
 from knotfem.solver.schemes import Scheme
-from knotfem.solver.system import Prescribed, System
+from knotfem.solver.system import System
 from knotfem.verify.rods import WHOLE_STEPS, arrive, beam_clamp, make_rod, march, moduli, static
 from knotfem.verify.verdict import Case, Quantity
 

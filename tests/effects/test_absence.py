@@ -16,13 +16,14 @@ from knotfem.effects.cylinder import Cylinder, CylinderFriction
 from knotfem.effects.friction import Friction
 from knotfem.effects.gravity import Gravity
 from knotfem.effects.inertia import Drag, Inertia
-from knotfem.effects.load import EndForce, FollowingForce, driven, held
+from knotfem.effects.load import EndForce, FollowingForce
 from knotfem.effects.penalty import Penalty
 from knotfem.effects.viscous import ViscousDrag
 from knotfem.solver.effect import Effect, Motion
 from knotfem.solver.linear import available, make_solver
 from knotfem.solver.march import March, Progress, StepControl
 from knotfem.solver.newton import NewtonSettings
+from knotfem.solver.prescribed import driven, held
 from knotfem.solver.schemes import BackwardEuler, Scheme
 from knotfem.solver.system import System
 

@@ -69,6 +69,18 @@ def test_gap_is_the_distance_from_the_axis_less_the_radius(rest):
     assert distance.max() < 2.0
 
 
+def test_predictor_may_not_drive_a_sample_inside_by_more_than_it_may(rest):
+    cylinder = rest.cylinder
+    cylinder.closing = 0.5
+    away = np.array([-1.0, 0.0, 0.0])
+    x = rest.x + away
+    cylinder.update(x)
+    fraction = cylinder.admissible(x, np.tile(-4.0 * away, (len(x), 1)))
+    assert 0.1 < fraction < 0.13
+    assert cylinder.admissible(x, np.tile(-0.5 * away, (len(x), 1))) == 1.0
+    assert cylinder.admissible(x, np.tile(4.0 * away, (len(x), 1))) == 1.0
+
+
 def test_pressed_evenly_the_force_is_pressure_times_area():
     """A rod parallel to the cylinder's axis: the gap at every angle is known."""
     rod = make_rod(12.0, 8, section=104, match_bending=False)

@@ -3,8 +3,9 @@ import pytest
 from derivatives import directional_error, gradient_error, residual, rotation, tangent
 from specimens import make_rod
 
-from knotfem.effects.load import EndForce, FollowingForce, driven, held, turned
+from knotfem.effects.load import EndForce, FollowingForce
 from knotfem.solver.effect import Motion, StepStart
+from knotfem.solver.prescribed import driven, held, turned
 
 
 @pytest.fixture
@@ -42,6 +43,12 @@ def test_following_force_has_its_tangent(rod, x):
     load = following(rod, x)
     assert directional_error([load], x) < 1e-7
     assert not load.symmetric
+
+
+def test_merit_of_a_following_force_falls_along_it(rod, x):
+    load = following(rod, x)
+    f = residual([load], x)
+    assert gradient_error(load.merit, f, x) < 1e-9
 
 
 def test_following_force_acts_along_the_end(rod, x):

@@ -139,7 +139,7 @@ def imported(path: str, *overrides: str) -> set[str]:
 def test_a_whole_run_imports_no_absent_effect(tmp_path) -> None:
     found = imported(str(tmp_path / "bare"))
     assert "knotfem.effects.elasticity" in found
-    effects = {registered.module for registered in REGISTRY} - {"knotfem.effects.load"}
+    effects = {registered.module for registered in REGISTRY}
     assert not found & effects
     assert not {name for name in found if name.startswith("knotfem.effects.") and "contact" in name}
     assert not found & {"knotfem.effects.tube", "knotfem.effects.search", "knotfem.effects.penalty"}

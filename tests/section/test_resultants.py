@@ -4,9 +4,9 @@ from derivatives import rotation
 from specimens import Rod, make_rod, static
 
 from knotfem.effects.gravity import Gravity
-from knotfem.effects.load import EndForce, FollowingForce, held
+from knotfem.effects.load import EndForce, FollowingForce
 from knotfem.section.resultants import Resultants, resultants
-from knotfem.solver.system import Prescribed
+from knotfem.solver.prescribed import Prescribed, held
 
 Z = np.array([0.0, 0.0, 1.0])
 

@@ -7,13 +7,13 @@ from specimens import make_rod, surfaces
 
 from knotfem.effects.cylinder import Cylinder, CylinderFriction
 from knotfem.effects.inertia import Drag, Inertia
-from knotfem.effects.load import driven
 from knotfem.effects.penalty import Penalty
 from knotfem.errors import NotConverged, Stopped
 from knotfem.solver.effect import Motion, longest_move
 from knotfem.solver.linear import make_solver
 from knotfem.solver.march import March, Progress, StepControl
 from knotfem.solver.newton import NewtonSettings
+from knotfem.solver.prescribed import driven
 from knotfem.solver.schemes import BackwardEuler, Scheme
 from knotfem.solver.system import System
 
@@ -59,6 +59,13 @@ def test_aims_at_a_largest_move(spring, push):
     march = point(spring, push, StepControl(0.1, 1e-3, 1.0, move=0.3), stops=(3.0,))
     moves = [float(np.abs(step.motion.x - step.start.motion.x).max()) for step in march]
     np.testing.assert_allclose(moves[1:-2], 0.3, rtol=1e-6)
+
+
+def test_step_after_a_stop_aims_at_the_move_too(spring, push):
+    march = point(spring, push, StepControl(0.1, 1e-3, 1.0, move=0.3), stops=(0.13, 3.0))
+    moves = [float(np.abs(step.motion.x - step.start.motion.x).max()) for step in march]
+    assert march.progress.cutbacks == 0
+    assert max(moves) == pytest.approx(0.3, rel=1e-6)
 
 
 def test_every_failure_cuts_once_and_is_counted(spring, push):

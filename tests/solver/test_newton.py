@@ -2,13 +2,13 @@ import numpy as np
 import pytest
 from specimens import make_rod
 
-from knotfem.effects.load import held
 from knotfem.solver import newton
 from knotfem.solver.effect import Motion, StepStart
 from knotfem.solver.linear import make_solver
 from knotfem.solver.newton import NewtonSettings, StepFailed, out_of_balance, solve
+from knotfem.solver.prescribed import Prescribed, held
 from knotfem.solver.schemes import Scheme
-from knotfem.solver.system import Prescribed, System
+from knotfem.solver.system import System
 
 ONE = np.zeros(1, dtype=int)
 
@@ -27,6 +27,21 @@ def test_finds_the_root(spring, push):
     x, took = solve(system, start.motion.x, start, NewtonSettings(force_tolerance=1e-12), ONE)
     np.testing.assert_allclose(x, [[2.0, 0.0, 0.0]], atol=1e-12)
     assert took.residual < 1e-12
+
+
+def test_an_element_inside_out_is_no_balance():
+    """Prescribed nodes push a layer through its neighbour; forces balance, and the state is refused."""
+    rod = make_rod(4.0, 2)
+    X = rod.mesh.nodes
+    through = X[rod.sections[1]] + [0.0, 0.0, 3.0]
+    ends = [
+        held(rod.sections[k], place) for k, place in ((0, X[rod.sections[0]]), (1, through), (2, X[rod.sections[2]]))
+    ]
+    system = System(rod.effects, len(X), make_solver("auto"), Scheme(), ends)
+    start = StepStart(Motion.at_rest(X), 1.0)
+    system.begin(start)
+    with pytest.raises(StepFailed, match="an element is inverted"):
+        solve(system, X, start, NewtonSettings(), rod.section_index)
 
 
 def test_converges_quadratically():

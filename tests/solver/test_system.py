@@ -1,13 +1,15 @@
 import numpy as np
 import pytest
+from derivatives import gradient_error
 from specimens import make_rod
 
 from knotfem.effects.inertia import Drag, Inertia
-from knotfem.effects.load import EndForce, FollowingForce, held
+from knotfem.effects.load import EndForce, FollowingForce
 from knotfem.solver.effect import Motion, StepStart
 from knotfem.solver.linear import make_solver
-from knotfem.solver.schemes import BackwardEuler, Scheme, hht
-from knotfem.solver.system import Prescribed, System
+from knotfem.solver.prescribed import Prescribed, held
+from knotfem.solver.schemes import BackwardEuler, Scheme, generalised_alpha, hht
+from knotfem.solver.system import System
 
 
 def test_components_of_one_node_may_be_prescribed_apart(spring):
@@ -99,6 +101,18 @@ def test_forces_by_name_sum_to_the_residual():
     np.testing.assert_allclose(sum(forces.values()), system.residual(x), atol=1e-13)
     assert forces["load"][:, 2].sum() == pytest.approx(-2.0)
     assert len(system.effect("load")) == 2
+
+
+def test_slope_of_the_merit_is_the_residual_in_every_scheme(spring, push):
+    mass = np.ones(2)
+    for scheme in (Scheme(), BackwardEuler(), hht(-0.3), generalised_alpha(0.5)):
+        inertia = [Inertia(mass, scheme)] if scheme.inertial else []
+        effects = [spring(3.0, 0.2), push(lambda time: np.array([5.0 * time, 1.0, 0.0])), *inertia]
+        system = System(effects, 2, make_solver("superlu"), scheme)
+        start = Motion(np.array([[1.0, 0.2, 0.0], [0.0, 0.5, 0.3]]), np.ones((2, 3)), np.full((2, 3), 2.0), 0.5)
+        system.begin(StepStart(start, 0.3))
+        x = start.x + 0.1
+        assert gradient_error(system.merit, system.residual(x), x) < 1e-8
 
 
 def test_memory_comes_back_to_the_bit_and_by_place():
