@@ -11,9 +11,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from knotfem.run.build import build_body
 from knotfem.run.machine import usable_threads
-from knotfem.run.mapping import make_paths, mapping
+from knotfem.run.solid import Solid
 from knotfem.scene import load_scene
 from knotfem.solver.effect import Motion, StepStart
 from knotfem.solver.linear import make_solver
@@ -34,11 +33,10 @@ def best(function: Callable[[], object], repeats: int) -> float:
 
 def main(name: str = "bowline-paper", repeats: int = 5) -> None:
     """Time the swept and balanced knot of a scene."""
-    scene = load_scene(name, ["tie.path=direct"])
-    body = build_body(scene)
-    threads = usable_threads()
+    model, threads = Solid(load_scene(name, ["tie.path=direct"])), usable_threads()
+    body = model.body
     began = time.perf_counter()
-    (knot,) = mapping(body, make_paths(body), threads, "auto")
+    (knot,) = model.mapping(model.paths(), "auto")
     hexes = sum(rod.bulk.pressure.size for rod in body.rods)
     print(f"{name}: {hexes} hexahedra, {3 * body.nodes} unknowns, {threads} threads")
     print(f"direct tie           {time.perf_counter() - began:8.3f} s, {knot.iterations} iterations")

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -52,17 +52,32 @@ class Increment:
     system: System | None = None
 
 
-def mapping(body: Body, paths: list[CentrelinePath], threads: int, solver_name: str) -> Iterator[Increment]:
+def mapping(
+    body: Body,
+    paths: list[CentrelinePath],
+    times: Sequence[float],
+    settings: NewtonSettings,
+    threads: int,
+    solver_name: str,
+) -> Iterator[Increment]:
     """Carry the straight rods along their paths.
 
     Each increment is swept onto its centreline and solved from there, so that one on the way that no solid can follow
     (the linear path crushes the rod) is reported and passed over; the last is the same for every path.
 
+    Args:
+        body: straight rods.
+        paths: of all rods.
+        times: mapping times of the increments, the last being 1.
+        settings: of a step.
+        threads: of the linear solver.
+        solver_name: its name.
+
     Raises:
         NotConverged: the last increment was not solved.
     """
-    tie, settings = body.scene.tie, body.scene.solver
-    times = [1.0] if tie.path == "direct" else [i / tie.increments for i in range(1, tie.increments + 1)]
+    exact = replace(settings, max_iterations=PATIENCE * settings.max_iterations)
+    loose = _loosened(exact)
     frames = [_carried_frames(path, times) for path in paths]
     solver = make_solver(solver_name, threads)
     nodes = np.concatenate([_held_nodes(rod) for rod in body.rods])
@@ -73,12 +88,11 @@ def mapping(body: Body, paths: list[CentrelinePath], threads: int, solver_name: 
         began = time.perf_counter()
         last = number == len(times) - 1
         stretch = [path.stretch(mapping_time) for path in paths]
-        tolerance = settings.force_tolerance if last else max(LOOSE, settings.force_tolerance)
         took, solved = Iterations(), True
         try:
             for rod, path, frame, stretched in zip(body.rods, paths, frames, stretch, strict=True):
                 _sweep(x, rod, path.at(mapping_time), frame[number], stretched)
-            x, took = _balance(body, system, x, tolerance)
+            x, took = _balance(body, system, x, exact if last else loose)
         except (InputError, StepFailed) as error:
             if last:
                 raise NotConverged(f"mapping: the last increment was not solved: {error}") from error
@@ -93,17 +107,18 @@ def _held_nodes(rod: RodBody) -> np.ndarray:
     return np.unique(np.concatenate([rod.axis_nodes, rod.section_nodes[0], rod.section_nodes[-1]]))
 
 
-def _balance(body: Body, system: System, x: np.ndarray, tolerance: float) -> tuple[np.ndarray, Iterations]:
+def _loosened(settings: NewtonSettings) -> NewtonSettings:
+    factor = max(1.0, LOOSE / settings.force_tolerance)
+    return replace(
+        settings,
+        force_tolerance=factor * settings.force_tolerance,
+        resultant_tolerance=factor * settings.resultant_tolerance,
+    )
+
+
+def _balance(body: Body, system: System, x: np.ndarray, settings: NewtonSettings) -> tuple[np.ndarray, Iterations]:
     start = StepStart(Motion.at_rest(x), 1.0)
     system.begin(start)
-    diameter = body.rods[0].scene.diameter
-    settings = NewtonSettings(
-        force_tolerance=tolerance,
-        resultant_tolerance=100.0 * tolerance,
-        max_iterations=PATIENCE * body.scene.solver.max_iterations,
-        largest_move=0.25 * diameter,
-        endgame_move=0.025 * diameter,
-    )
     return solve(system, x, start, settings, body.sections)
 
 
@@ -118,7 +133,7 @@ def _sweep(x: np.ndarray, rod: RodBody, points: np.ndarray, start: np.ndarray, s
         rod.core.force[:] = 0.0
 
 
-def _carried_frames(path: CentrelinePath, times: list[float]) -> list[np.ndarray]:
+def _carried_frames(path: CentrelinePath, times: Sequence[float]) -> list[np.ndarray]:
     """First section's d1 at each time, carried without spin, rolled so that it ends the same for every path."""
     first = [tangents(path.at(t))[0] for t in (0.0, *times)]
     carried = [rotation_minimising_frame(path.at(0.0))[0, 0]]

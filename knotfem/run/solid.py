@@ -16,7 +16,7 @@ from knotfem.run.mapping import Increment, mapping
 from knotfem.run.model import StepSystem, build_model, step_system
 from knotfem.run.profile import profile_rows
 from knotfem.run.simulation import Fields, Row, SeriesMesh, Simulation
-from knotfem.run.stepping import threads_of
+from knotfem.run.stepping import newton_settings, threads_of
 from knotfem.scene.model import Scene
 from knotfem.scene.steps import Step
 from knotfem.solver.effect import Motion
@@ -47,7 +47,8 @@ class Solid(Simulation):
         return Motion.at_rest(np.zeros((self.body.nodes, 3)))
 
     def mapping(self, paths: list[CentrelinePath], linear_solver: str) -> Iterator[Increment]:
-        return mapping(self.body, paths, threads_of(self.scene), linear_solver)
+        settings, threads = newton_settings(self), threads_of(self.scene)
+        return mapping(self.body, paths, self.mapping_times, settings, threads, linear_solver)
 
     def equations(
         self, step: Step, start: float, origin: np.ndarray, before: dict[str, float], progress: Progress

@@ -1,0 +1,30 @@
+"""The mapping of straight rods into the knot."""
+
+import pytest
+
+from knotfem.run import mapping
+from knotfem.run.solid import Solid
+from knotfem.scene import load_scene
+from knotfem.solver.newton import solve
+
+THIN = (
+    "rods.1.diameter=3 mm", "rods.0.mesh.section_elements=4", "rods.1.mesh.section_elements=4", "tie.increments=2",
+    "solver.threads=1",
+)  # fmt: skip
+
+
+def test_newton_goes_by_the_thinnest_rod_and_by_the_tolerances_of_a_step(monkeypatch):
+    used = []
+
+    def noted(system, x, start, settings, sections):
+        used.append(settings)
+        return solve(system, x, start, settings, sections)
+
+    monkeypatch.setattr(mapping, "solve", noted)
+    model = Solid(load_scene("crossed-rods", THIN))
+    assert [increment.mapping_time for increment in model.mapping(model.paths(), "auto")] == [0.5, 1.0]
+    tolerance = model.scene.solver.force_tolerance
+    assert [s.force_tolerance for s in used] == pytest.approx([mapping.LOOSE, tolerance])
+    assert [s.resultant_tolerance for s in used] == pytest.approx([10.0 * mapping.LOOSE, 10.0 * tolerance])
+    assert {s.largest_move for s in used} == {0.75}
+    assert {s.max_iterations for s in used} == {mapping.PATIENCE * model.scene.solver.max_iterations}
