@@ -50,7 +50,7 @@ class Outputs:
         self.run, self.model = run, model
         self.summary = Summary(run, model)
         self.mapping_times: list[float] = []
-        self._series = None
+        self._series, self._stored_before = None, 0
         booked = (effect.name for effect in model.effects if effect.name in BOOKED_BY_NAME)
         self._registered_columns = [_column(name) for name in dict.fromkeys(booked)]
 
@@ -68,9 +68,10 @@ class Outputs:
         for name, table in self.tables.items():
             table.keep(int(rows.get(name, 0)))
         self.run.keep_log(int(rows.get("log", 0)))
+        self._stored_before = int(rows.get("series", 0))
         if self.model.scene.output.fields:
             path = self.run.path / "results.vtkhdf"
-            self._series = open_series(path, self.model.series_mesh, int(rows["series"]) if metadata else None)
+            self._series = open_series(path, self.model.series_mesh, self._stored_before if metadata else None)
 
     def rows(self) -> dict[str, Any]:
         """For the metadata of a checkpoint."""
@@ -78,7 +79,7 @@ class Outputs:
             "rows": {
                 **{name: table.rows for name, table in self.tables.items()},
                 "log": self.run.log_lines,
-                "series": 0 if self._series is None else len(self._series.times),
+                "series": self._stored_before if self._series is None else len(self._series.times),
             }
         }
 

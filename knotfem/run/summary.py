@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import resource
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,6 +12,7 @@ import numpy as np
 
 from knotfem.run.account import Balance
 from knotfem.run.directory import RunDirectory
+from knotfem.run.machine import peak_memory_mb
 from knotfem.run.simulation import Simulation
 from knotfem.scene.model import Scene
 from knotfem.solver import linear
@@ -162,8 +162,7 @@ class Summary:
         return {"figures": json.dumps(self.figures)}
 
     def _note_memory(self) -> None:
-        own = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
-        self.figures["peak_memory_mb"] = max(self.figures["peak_memory_mb"], own)
+        self.figures["peak_memory_mb"] = max(self.figures["peak_memory_mb"], peak_memory_mb())
 
     def restore(self, state: dict[str, Any]) -> None:
         """From a checkpoint; what this session's model says of itself stays."""

@@ -12,7 +12,7 @@ from knotfem import shipped
 from knotfem.scene.quantity import Angle, Duration, PositiveDensity, PositiveLength, PositivePressure
 from knotfem.scene.table import Direction, Flag, Integer, Name, Number, Point, Table, known_name, refusal
 
-CURVE_SUFFIXES = (".csv", ".json")
+CURVE_SUFFIXES = (".csv", ".json", ".toml")
 
 
 class Smoothing(Table):
@@ -116,7 +116,7 @@ def _known_curve(curve: str) -> str:
     if Path(curve).suffix not in CURVE_SUFFIXES:
         known_name(curve, shipped.centerline_names(), "shipped centreline", at="")
     elif not Path(curve).is_file():
-        raise refusal("no such file", expected="a CSV or JSON file, or a shipped name")
+        raise refusal("no such file", expected="a CSV, JSON or TOML file, or a shipped name")
     return curve
 
 
@@ -125,7 +125,7 @@ class Rod(Table):
 
     Attributes:
         name: for ends, pairs, tables.
-        centerline: a shipped name, or a CSV or JSON file; scaled about the origin to the rod's length.
+        centerline: a shipped name, or a CSV, JSON or TOML file; scaled about the origin to the rod's length.
         length: [mm].
         diameter: [mm].
         rotation: of the scaled curve, before `origin`.

@@ -48,13 +48,13 @@ class Pardiso:
     name = "pardiso"
 
     def __init__(self, threads: int = 0) -> None:
+        self._pattern: Pattern | None = None
         mkl = library()
         if mkl is None:
             raise MissingDependency("MKL PARDISO is not installed; cure: pip install mkl, or solver.linear = 'superlu'")
         self._pardiso = mkl.pardiso
         if threads > 0:
             mkl.MKL_Set_Num_Threads(ctypes.c_int(threads))
-        self._pattern: Pattern | None = None
         self._handle = np.zeros(64, dtype=np.int64)
         self._values = np.zeros(1)
         self.memory_bytes = 0

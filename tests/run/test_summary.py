@@ -76,10 +76,9 @@ def test_what_a_checkpoint_knows_is_not_lost(summary):
 
 
 def test_memory_of_an_earlier_session_is_remembered(summary, monkeypatch):
-    usage = SimpleNamespace(ru_maxrss=2048.0)
-    monkeypatch.setattr("knotfem.run.summary.resource.getrusage", lambda who: usage)
+    monkeypatch.setattr("knotfem.run.summary.peak_memory_mb", lambda: 2.0)
     state = summary.state()
-    usage.ru_maxrss = 1024.0
+    monkeypatch.setattr("knotfem.run.summary.peak_memory_mb", lambda: 1.0)
     later = Summary(summary.run, summary.model)
     later.restore(state)
     later.finish({})

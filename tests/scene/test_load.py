@@ -8,8 +8,10 @@ from hypothesis import strategies as st
 
 from knotfem import shipped
 from knotfem.errors import InputError
+from knotfem.run.build import centreline_of
 from knotfem.scene import Scene, load_scene, scene_to_toml
 from knotfem.scene.load import describe
+from knotfem.scene.rods import CURVE_SUFFIXES
 
 MINIMAL = """
 [[rods]]
@@ -114,6 +116,21 @@ def test_curve_files_are_found_from_the_scene(tmp_path: Path, monkeypatch: pytes
     assert load_scene(scene_file).rods[0].centerline == str(curve)
     monkeypatch.chdir(curve.parent)
     assert load_scene("overhand", ["rods.0.centerline=mine.csv"]).rods[0].centerline == str(curve)
+
+
+@pytest.mark.parametrize("suffix", CURVE_SUFFIXES)
+def test_every_kind_of_curve_file_is_read(tmp_path: Path, suffix: str) -> None:
+    written = {
+        ".csv": "x,y,z\n0,0,0\n1,0,0\n2,0,0\n3,0,0\n",
+        ".json": '{"points": [[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]], "order_u": 4, "use_endpoint_u": true}',
+        ".toml": "points = [[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]]\norder_u = 4\nuse_endpoint_u = true\n",
+    }
+    curve = tmp_path / f"mine{suffix}"
+    curve.write_text(written[suffix])
+    scene = load_scene("cantilever", [f"rods.0.centerline={curve}"])
+    points = centreline_of(scene.rods[0], 10, scene).points
+    assert points[:, 0] == pytest.approx([8.0 * i for i in range(11)], abs=1e-9)
+    assert set(written) == set(CURVE_SUFFIXES)
 
 
 REFUSED = [

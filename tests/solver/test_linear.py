@@ -1,8 +1,12 @@
+import gc
+import sys
+
 import numpy as np
 import pytest
 from specimens import make_rod
 
-from knotfem.errors import InputError
+from knotfem.errors import InputError, MissingDependency
+from knotfem.solver import pardiso
 from knotfem.solver.linear import SingularMatrixError, available, make_solver
 from knotfem.solver.sparsity import Matrix, Pattern
 
@@ -17,6 +21,16 @@ def rod_matrix(upper: bool, fixed: bool = True) -> Matrix:
     clamped[rod.sections[0]] = fixed
     matrix.constrain(clamped.ravel())
     return matrix
+
+
+def test_missing_library_is_one_message(monkeypatch):
+    stray = []
+    monkeypatch.setattr(sys, "unraisablehook", stray.append)
+    monkeypatch.setattr(pardiso, "library", lambda: None)
+    with pytest.raises(MissingDependency, match="pip install mkl"):
+        pardiso.Pardiso()
+    gc.collect()
+    assert not stray
 
 
 @pytest.mark.parametrize("name", available())
