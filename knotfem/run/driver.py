@@ -191,7 +191,7 @@ class Driver:
             self.account.open(self.motion.x, self.motion.v, anew=anew)
         walk = march_of(self.model, step, system, progress, began)
         walk.interrupt = self._heed_stop
-        rest = AtRest(step, self.model) if isinstance(step, Relax | Release) else None
+        rest = AtRest(step, self.model, began) if isinstance(step, Relax | Release) else None
         saved = time.monotonic()
         try:
             for accepted in walk:
@@ -199,7 +199,7 @@ class Driver:
                 if self.scene.contact.enabled:
                     self.watch.check_passage(accepted.start.motion.x, self.motion.x, self.motion.time)
                 balance = self.account.book(equations, accepted.start, self.motion.x, self.motion.v, origin)
-                resting = rest is not None and rest.reached(self.account.energies, balance)
+                resting = rest is not None and rest.reached(self.motion.time, self.account.energies, balance)
                 self._fraction = float("nan") if rest is not None else _fraction(walk, began, self.motion.time)
                 self.outputs.step(step, accepted, balance, self.account, system)
                 self._report(step, accepted, balance, began)

@@ -64,17 +64,21 @@ def march_of(model: Simulation, step: Step, system: System, progress: march.Prog
 class AtRest:
     """Says when a relaxing or released rod has come to rest.
 
-    Both must hold: the kinetic energy is below the step's share of the elastic energy, and static balance lacks at
-    most `REST_FORCE` B/r^2 (2e-4 N for the paper's rod): the largest sum of drag and inertia from one end of a rod up
-    to any of its sections.
+    Its friction schedule must have run out; the kinetic energy must be below the step's share of the elastic energy,
+    and static balance lack at most `REST_FORCE` B/r^2 (2e-4 N for the paper's rod): the largest sum of drag and inertia
+    from one end of a rod up to any of its sections.
     """
 
-    def __init__(self, step: Relax | Release, model: Simulation) -> None:
+    def __init__(self, step: Relax | Release, model: Simulation, began: float) -> None:
+        schedule = step.friction_schedule
+        self.earliest = began + (schedule[-1].time if schedule else 0.0)
         self.share = step.kinetic_over_elastic
         self.force = REST_FORCE * model.force_scale
 
-    def reached(self, energies: Energies, balance: Balance) -> bool:
-        """Whether an accepted step ended at rest."""
+    def reached(self, time: float, energies: Energies, balance: Balance) -> bool:
+        """Whether an accepted step ended at rest at a time [s]."""
+        if time < self.earliest * (1.0 - 1e-12):
+            return False
         return balance.unrest < self.force and energies.kinetic <= self.share * max(energies.elastic, 1e-300)
 
 

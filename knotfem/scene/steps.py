@@ -115,10 +115,14 @@ class _Step(Table):
         friction_schedule: what `contact.friction` becomes against time, linear between its points, the coefficients of
             pairs of rods in proportion; empty leaves it as it is.
         must_hold: whether a knot that unravels ends the run with an error.
+        driven: whether the kind drives ends.
+        turning: whether it turns them.
+        limit: its key that says how long it lasts at most.
     """
 
     driven: ClassVar[bool] = False
     turning: ClassVar[bool] = False
+    limit: ClassVar[str] = "duration"
 
     name: Name = ""
     ends: dict[Name, RodEnds] = Field(default_factory=dict)
@@ -132,6 +136,18 @@ class _Step(Table):
     def having(self, kind: type[AnyEnd]) -> list[tuple[str, str]]:
         """Rod and side of the ends that move in one way."""
         return [place for place, end in self.all_ends().items() if isinstance(end, kind)]
+
+    @model_validator(mode="after")
+    def _check_schedule(self) -> Self:
+        longest = getattr(self, self.limit)
+        if self.friction_schedule and self.friction_schedule[-1].time > longest * (1.0 + 1e-12):
+            raise refusal(
+                "outlasts the step",
+                at="friction_schedule",
+                found=f"{self.friction_schedule[-1].time:g} s",
+                expected=f"at most {longest:g} s",
+            )
+        return self
 
     @model_validator(mode="after")
     def _check_driven(self) -> Self:
@@ -151,13 +167,15 @@ class _Step(Table):
 
 
 class Relax(_Step):
-    """Goes to rest under drag, however long it takes; forces act in full from the start.
+    """Goes to rest under drag, however long it takes, a friction schedule to its end; forces act in full at once.
 
     Attributes:
         kind: always "relax".
         kinetic_over_elastic: at rest once the kinetic energy is below this share of the elastic one.
         longest: time after which a rod that does not come to rest is given up [s].
     """
+
+    limit: ClassVar[str] = "longest"
 
     kind: Literal["relax"]
     kinetic_over_elastic: Annotated[Number, Field(gt=0.0)] = 1e-6

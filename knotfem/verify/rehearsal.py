@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from knotfem.centerline.frames import tangents
+from knotfem.centerline.knot_type import knot_type
 from knotfem.mesh.section import Section
 from knotfem.run.account import Balance
 from knotfem.run.solid import Solid
@@ -28,14 +30,12 @@ class Passed:
         accepted: what the march took.
         balance: what it is held against.
         missing: work that is neither stored nor dissipated so far [N mm].
-        friction: work that friction took so far [N mm].
     """
 
     step: Step
     accepted: Accepted
     balance: Balance
     missing: float
-    friction: float
 
     @property
     def x(self) -> np.ndarray:
@@ -56,12 +56,17 @@ class Rehearsal:
         penetration: deepest so far [mm].
         cutbacks: failed attempts so far.
         steps: accepted so far.
+        missing: largest missing energy so far, relaxing not counted [N mm].
+        turned_over: largest of work, stored energy and what was taken so far, likewise [N mm].
+        before: knots that the steps set out from, as `knots` names them.
     """
 
     def __init__(self, scene: Scene, section: Section | None = None) -> None:
         self.model = Solid(scene, section)
         self.jacobian, self.penetration = 1.0, 0.0
         self.cutbacks = self.steps = 0
+        self.missing = self.turned_over = 0.0
+        self.before = ""
         self.account = self.model.account()
 
     def tied(self) -> np.ndarray:
@@ -87,11 +92,19 @@ class Rehearsal:
             KnotfemError: what would end a run.
         """
         motion = Motion.at_rest(x)
+        self._x = x
+        self._ends = [(-t[0], t[-1]) for t in map(tangents, self.model.centrelines(x))]
+        self.before = self.knots()
         for number, step in enumerate(self.model.scene.steps):
             anew = number <= len(self.model.scene.tying_steps)
             for passed in self._take(step, motion, anew=anew):
                 motion = passed.accepted.motion
                 yield passed
+
+    def knots(self) -> str:
+        """Names of the rods' knots at the last step, their ends continued as they were when the steps set out."""
+        lines = self.model.centrelines(self._x)
+        return ", ".join(knot_type(points, ends).name for points, ends in zip(lines, self._ends, strict=True))
 
     def _take(self, step: Step, motion: Motion, *, anew: bool) -> Iterator[Passed]:
         model, account, watch = self.model, self.account, KnotWatch(self.model)
@@ -99,25 +112,30 @@ class Rehearsal:
         equations = model.equations(step, motion.time, origin, {}, progress)
         equations.system.update(motion.x)
         account.open(motion.x, motion.v, anew=anew)
-        rest = AtRest(step, model) if isinstance(step, Relax | Release) else None
+        rest = AtRest(step, model, motion.time) if isinstance(step, Relax | Release) else None
         try:
             for accepted in march_of(model, step, equations.system, progress, motion.time):
                 x = accepted.motion.x
                 if model.scene.contact.enabled:
                     watch.check_passage(accepted.start.motion.x, x, accepted.motion.time)
                 balance = account.book(equations, accepted.start, x, accepted.motion.v, origin)
-                self._note(accepted, balance)
-                yield Passed(step, accepted, balance, account.energies.missing, account.energies.friction)
-                if rest is not None and rest.reached(account.energies, balance):
+                self._note(step, accepted, balance)
+                yield Passed(step, accepted, balance, account.energies.missing)
+                if rest is not None and rest.reached(accepted.motion.time, account.energies, balance):
                     break
         finally:
             equations.system.close()
 
-    def _note(self, accepted: Accepted, balance: Balance) -> None:
+    def _note(self, step: Step, accepted: Accepted, balance: Balance) -> None:
+        self._x = accepted.motion.x
         self.jacobian = min([self.jacobian, *(rod.bulk.smallest_j for rod in self.model.body.rods)])
         self.penetration = max(self.penetration, balance.penetration)
         self.cutbacks += accepted.failed
         self.steps += 1
+        if not isinstance(step, Relax):
+            e = self.account.energies
+            self.missing = max(self.missing, abs(e.missing))
+            self.turned_over = max(self.turned_over, abs(e.work), e.elastic, e.friction, e.drag)
 
 
 def force_curve(passed: list[Passed]) -> tuple[np.ndarray, np.ndarray]:
