@@ -6,7 +6,7 @@ from functools import cache
 
 from knotfem.effects.formulation import order
 from knotfem.run.build import shipped_section
-from knotfem.run.inspect import ITERATIONS_A_MM, MEMORY_MB, RELAXING_ITERATIONS, SECONDS_AN_ITERATION
+from knotfem.run.inspect import ITERATIONS_A_MM, MEMORY_MB, RELAXING_ITERATIONS, seconds_an_iteration
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import Rod
 from knotfem.scene.steps import Pull
@@ -28,7 +28,7 @@ def expected_seconds(scene: Scene) -> float:
     iterations = RELAXING_ITERATIONS[scene.model] * bool(scene.tying_steps)
     iterations += max(ITERATIONS_A_MM[scene.model] * pulled, short)
     iterations += OTHER_STEP_ITERATIONS * others
-    return START_SECONDS + iterations * SECONDS_AN_ITERATION[scene.model] * unknowns(scene)
+    return START_SECONDS + iterations * seconds_an_iteration(scene.model, unknowns(scene))
 
 
 def expected_memory(scene: Scene) -> float:
