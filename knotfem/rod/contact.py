@@ -18,7 +18,7 @@ from knotfem.rod.curve import Samples, sample_points
 from knotfem.rod.layout import RodLayout
 from knotfem.rod.search import find_pairs, match_pairs
 from knotfem.rod.sparsity import matrix_arguments, stencil_keys
-from knotfem.solver.effect import Arrays, Effect, StepStart
+from knotfem.solver.effect import Arrays, Effect, StepStart, longest_move
 from knotfem.solver.sparsity import Matrix
 
 SEARCH_GAP_OVER_RADIUS = 0.6
@@ -87,7 +87,7 @@ class Contact(Effect):
 
     def update(self, x: np.ndarray) -> None:
         sample_points(x, self.samples.base, self.samples.weights, self.points)
-        if self._searched.shape != x.shape or np.abs(x[:, :3] - self._searched[:, :3]).max() > self._stale:
+        if self._searched.shape != x.shape or longest_move((x - self._searched)[:, :3]) > self._stale:
             self.search(x)
         self._project(x)
 
@@ -152,8 +152,9 @@ class Contact(Effect):
 
     @property
     def penetration(self) -> float:
-        """Deepest penetration [mm]."""
-        return float(max(0.0, -self.gap.min())) if self.gap.size else 0.0
+        """Deepest penetration of a rod [mm]; beyond its ends, where contact fades out, there is none of it."""
+        last = np.diff(self.layout.first)[self.pairs[:, 1]] - 1.0
+        return max(0.0, -float(self.gap[(self.u >= 0.0) & (self.u <= last)].min(initial=0.0)))
 
     def _project(self, x: np.ndarray) -> None:
         kernels.project_pairs(

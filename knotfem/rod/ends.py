@@ -104,6 +104,7 @@ class FollowingForce(Effect):
     outer: int
     magnitude: History
     _now: float = field(default=0.0, init=False)
+    _tangent: np.ndarray = field(default_factory=lambda: np.zeros(3), init=False)
 
     def __post_init__(self) -> None:
         self.name = "load"
@@ -118,7 +119,7 @@ class FollowingForce(Effect):
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
         d = x[self.outer, :3] - x[self.inner, :3]
         length = float(np.linalg.norm(d))
-        t = d / length
+        t = self._tangent = d / length
         residual[self.outer, :3] -= self._now * t
         if matrix is None:
             return True
@@ -127,3 +128,7 @@ class FollowingForce(Effect):
         block[:3, :3], block[:3, 4:7] = turn, -turn
         nodes = np.array([self.inner, self.outer])
         return add_blocks(nodes[1:], nodes, block, matrix.pattern.node_ptr, matrix.pattern.node_adj, matrix.data)
+
+    def merit(self, x: np.ndarray) -> float:
+        """Of the force as a dead one along the tangent last assembled: a following force has no potential."""
+        return -self._now * float(x[self.outer, :3] @ self._tangent)

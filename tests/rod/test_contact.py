@@ -101,3 +101,29 @@ def test_rod_on_a_cylinder():
     assert model.penetration == pytest.approx(0.2)
     assert c.normal_force.sum() == pytest.approx(0.2 * 2.0 * hertz_line_stiffness(YOUNGS, 0.5) * 40.0, rel=0.02)
     assert np.all(np.isnan(c.other_arclength))
+
+
+def test_penetration_is_not_that_of_a_curve_thought_on_beyond_an_end():
+    """A strand across another's end, half a segment beyond it, where contact fades."""
+    model = crossing(0.5, shift=(21.0, 0.0))
+    contact = model.contact
+    assert contact is not None
+    assert contact.gap.min() < -0.4
+    beyond = (contact.u < 0.0) | (contact.u > 20.0)
+    assert np.all(contact.gap[~beyond] > -0.4)
+    assert contact.penetration == pytest.approx(max(0.0, -contact.gap[~beyond].min()))
+    assert crossing(0.5).penetration == pytest.approx(0.5, rel=0.03)
+
+
+def test_neighbours_are_sought_anew_by_the_length_of_a_move_whichever_way_it_points():
+    for way in ([1.0, 0.0, 0.0], [1.0, 1.0, 1.0]):
+        model = crossing(0.5)
+        contact, x = model.contact, model.x.copy()
+        assert contact is not None
+        before = contact.generation
+        x[:, :3] += 0.16 * RADIUS * np.array(way) / np.linalg.norm(way)
+        contact.update(x)
+        assert contact.generation == before + 1
+        x[:, 3] += RADIUS
+        contact.update(x)
+        assert contact.generation == before + 1

