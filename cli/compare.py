@@ -18,12 +18,14 @@ if TYPE_CHECKING:
 @click.argument("runs", metavar="RUN RUN...", nargs=-1, required=True)
 @output_option
 @at_option
+@click.option("--step", metavar="NAME", help="Tension at the end of this step; of the last that all have, by default.")
 @click.option("--locking", metavar="LENGTH", help="Where the knot begins to lock; found in the first run by default.")
 @shared_options
 def compare(
     runs: tuple[str, ...],
     output: Path | None,
     at: str | None,
+    step: str | None,
     locking: str | None,
     overrides: tuple[str, ...],
     quiet: bool,
@@ -31,19 +33,20 @@ def compare(
 ) -> None:
     """Hold runs against the first of them, whatever their models.
 
-    Draws force curves and tension profiles over each other (compare.png, or the file that -o names), prints the
-    differences and writes them into a table beside the picture (compare.csv).
+    Draws force curves of pulls and tension profiles over each other (compare.png, or the file that -o names), prints
+    the differences and writes them into a table beside the picture (compare.csv).
 
     \b
     Example:
       knotfem compare runs/bowline-1 runs/bowline-2
       knotfem compare solid light -o solid-light.pdf --at "60 mm"
+      knotfem compare solid light --step load
     """
     directories = [open_run(run, overrides) for run in runs]
     place, onset = displacement(at), displacement(locking, "--locking")
     from knotfem.run.compare import compare as hold
 
-    found = hold(directories, locking=onset, at=place)
+    found = hold(directories, locking=onset, at=place, step=step)
     picture = output or Path("compare.png")
     table = found.write(picture)
     labels = [curve.label for curve in found.curves]

@@ -19,6 +19,7 @@ FloatArray = NDArray[np.float64]
 Table = Mapping[str, ArrayLike] | Sequence[Mapping[str, Any]]
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+LINES = ("-", "--", ":", "-.")
 SUFFIXES = (".png", ".pdf", ".svg")
 _STYLE: Any = {
     "font.size": 9,
@@ -55,37 +56,42 @@ def plot_force(curves: Mapping[str, Table], out: str | Path, *, radius: float, t
 
 def plot_comparison(
     forces: Mapping[str, Table],
-    profiles: Mapping[str, Table],
+    profiles: Mapping[str, Mapping[str, Table]],
     out: str | Path,
     *,
     radius: float,
     locking: float | None = None,
+    over_force: bool = True,
     at: float | None = None,
+    step: str | None = None,
 ) -> None:
     """Draw the force curves of several runs over each other, and beside them their tension profiles.
 
+    A run has one colour, a rod one style of line.
+
     Args:
-        forces: tables with the columns `displacement_mm` and `force_N`, by label.
-        profiles: tables with the columns `s_over_L` and `tension_over_force`, by label; none draws no profiles.
+        forces: tables with the columns `displacement_mm` and `force_N`, by label; none draws no force curves.
+        profiles: tables with the columns `s_over_L` and `tension`, by label and rod; none draws no profiles.
         out: file to write (.png, .pdf, .svg).
         radius: radius of the rod in mm.
         locking: displacement in mm at which the knot begins to lock, drawn dashed.
+        over_force: whether tension is T/F instead of T in N.
         at: displacement in mm of the profiles.
+        step: at whose end the profiles are.
 
     Raises:
         InputError: a column or the format is unknown, or the file cannot be written.
     """
-    with _paper_panels(out, None, 2 if profiles else 1, width=3.6) as panels:
-        _draw_force(panels[0], forces, radius)
-        if locking is not None:
-            panels[0].axvline(locking / radius, color="0.5", lw=0.8, ls="--")
+    with _paper_panels(out, None, bool(forces) + bool(profiles), width=3.6) as panels:
+        if forces:
+            _draw_force(panels[0], forces, radius)
+            if locking is not None:
+                panels[0].axvline(locking / radius, color="0.5", lw=0.8, ls="--")
         if profiles:
-            for label, table in profiles.items():
-                colour = COLOURS[list(forces).index(label) % len(COLOURS)]
-                panels[1].plot(_column(table, "s_over_L"), _column(table, "tension_over_force"), color=colour)
-            panels[1].set(xlabel=r"arclength $s / L$", ylabel=r"tension $T / F$", xlim=(0, 1))
-            if at is not None:
-                panels[1].set_title(rf"$\delta = {at:.4g}$ mm", fontsize=9)
+            _draw_profiles(panels[-1], profiles, named=not forces)
+            panels[-1].set_ylabel(r"tension $T / F$" if over_force else r"tension $T$ (N)")
+            heading = rf"$\delta = {at:.4g}$ mm" if at is not None else f"end of {step}" if step else ""
+            panels[-1].set_title(heading, fontsize=9)
 
 
 def plot_tension(
@@ -175,6 +181,21 @@ def plot_stretch(
         axes.set(xlabel=r"arclength $\tilde{s} = s / L$", ylabel=r"stretch $\lambda$", xlim=(0, 1))
 
 
+def _draw_profiles(axes: Axes, profiles: Mapping[str, Mapping[str, Table]], *, named: bool) -> None:
+    """Profiles of all rods of all runs; a legend of the runs where `named`, of the rods where there are several."""
+    rods = dict.fromkeys(rod for tables in profiles.values() for rod in tables)
+    lines = {rod: LINES[number % len(LINES)] for number, rod in enumerate(rods)}
+    for colour, (label, tables) in zip(_colours(profiles), profiles.items(), strict=True):
+        for rod, table in tables.items():
+            axes.plot(_column(table, "s_over_L"), _column(table, "tension"), color=colour, ls=lines[rod])
+        if named:
+            axes.plot([], [], color=colour, label=label)
+    for rod, line in lines.items() if len(lines) > 1 else ():
+        axes.plot([], [], color="0.3", ls=line, label=rod)
+    axes.set(xlabel=r"arclength $s / L$", xlim=(0, 1))
+    _legend(axes)
+
+
 def _draw_force(axes: Axes, curves: Mapping[str, Table], radius: float) -> None:
     for colour, (label, table) in zip(_colours(curves), curves.items(), strict=True):
         displacement, force = _column(table, "displacement_mm"), _column(table, "force_N")
@@ -237,7 +258,7 @@ def _column(table: Table, name: str) -> FloatArray:
     return np.asarray(values, dtype=np.float64)
 
 
-def _colours(curves: Mapping[str, Table]) -> list[str]:
+def _colours(curves: Mapping[str, Any]) -> list[str]:
     return [COLOURS[i % len(COLOURS)] for i in range(len(curves))]
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from knotfem.errors import InputError
 from knotfem.run.curves import Curve, force_curve, onset_of_locking
 from knotfem.run.directory import RunDirectory
-from knotfem.run.profiles import Profiles, common_profiles, in_one, knot_length, profiles_apart, relative_l2
+from knotfem.run.profiles import CommonState, common_state, knot_length, profiles_apart, relative_l2
 from knotfem.run.tables import write_table
 
 POINTS = 400
@@ -45,15 +45,13 @@ class Comparison:
         curves: of all runs.
         figures: what is compared.
         locking: displacement at which the first run begins to lock [mm], or None.
-        profiles: tension along the rods at a displacement that all have stored, a table a run; may be none.
-        at: that displacement in the first run [mm], or None.
+        state: in which tension along the rods is compared, or None.
     """
 
     curves: list[Curve]
     figures: list[Figure]
     locking: float | None
-    profiles: list[Profiles]
-    at: float | None
+    state: CommonState | None
 
     def write(self, out: Path) -> Path:
         """Draw the picture, and write the figures into a CSV table beside it, whose file is returned.
@@ -64,10 +62,21 @@ class Comparison:
         from knotfem.report.plots import plot_comparison
 
         labels = [curve.label for curve in self.curves]
-        forces = {c.label: {"displacement_mm": c.displacement, "force_N": c.force} for c in self.curves}
-        profiles = {label: in_one(profile) for label, profile in zip(labels, self.profiles, strict=False)}
+        pulled = self.curves if all(c.displacement.size for c in self.curves) else []
+        forces = {c.label: {"displacement_mm": c.displacement, "force_N": c.force} for c in pulled}
+        state = self.state
+        profiles = {} if state is None else dict(zip(labels, state.profiles, strict=True))
         radius = 0.5 * min(rod.diameter for rod in self.curves[0].run.scene.rods)
-        plot_comparison(forces, profiles, out, radius=radius, locking=self.locking, at=self.at)
+        plot_comparison(
+            forces,
+            profiles,
+            out,
+            radius=radius,
+            locking=self.locking,
+            over_force=state is not None and state.over_force,
+            at=None if state is None or state.displacements is None else state.displacements[0],
+            step=None if state is None else state.step,
+        )
         table = out.with_suffix(".csv")
         columns = {"figure": [f.name for f in self.figures], "unit": [f.unit for f in self.figures]}
         columns |= {label: [_text(f.cells[i]) for f in self.figures] for i, label in enumerate(labels)}
@@ -75,21 +84,42 @@ class Comparison:
         return table
 
 
-def compare(runs: Sequence[RunDirectory], *, locking: float | None = None, at: float | None = None) -> Comparison:
+def compare(
+    runs: Sequence[RunDirectory], *, locking: float | None = None, at: float | None = None, step: str | None = None
+) -> Comparison:
     """Hold runs against the first of them.
 
     Args:
         runs: two or more, of any model.
         locking: displacement at which the knot begins to lock [mm]; None finds where the first run's force does.
-        at: displacement of the tension profiles [mm]; None for the last that all runs have stored.
+        at: displacement of the tension profiles [mm], or None.
+        step: name of the step at whose end the tension profiles are taken, or None; with neither of both, the last
+            that all runs have stored.
 
     Raises:
-        InputError: a run without a pull, or runs that have no displacement in common.
+        InputError: a run without a loading step, runs that have neither pulls nor a step in common, pulls without a
+            displacement in common, or no such state.
     """
     if len(runs) < 2:
         raise InputError("nothing to compare", found=f"{len(runs)} run", expected="two or more")
     curves = [force_curve(run, label) for run, label in zip(runs, _labels(runs), strict=True)]
-    first = curves[0]
+    figures, onset = _records(curves), None
+    pulled = all(curve.displacement.size for curve in curves)
+    if pulled:
+        forces, onset = _forces(curves, locking)
+        figures += forces
+    state = common_state(curves, at, step)
+    if state is not None:
+        figures += _tensions(curves, state)
+    elif not pulled:
+        found = "; ".join(f"{curve.label} {', '.join(curve.steps)}" for curve in curves)
+        raise InputError("the runs have no stored step in common", found=found, expected="pulls, or steps of one name")
+    return Comparison(curves, figures, onset, state)
+
+
+def _forces(curves: Sequence[Curve], locking: float | None) -> tuple[list[Figure], float | None]:
+    """Force curves over the displacements that all have, and where the first run begins to lock [mm]."""
+    first, *others = curves
     low, high = max(c.displacement[0] for c in curves), min(c.displacement[-1] for c in curves)
     if low >= high:
         spans = "; ".join(f"{c.label} {c.displacement[0]:.4g} to {c.displacement[-1]:.4g} mm" for c in curves)
@@ -97,11 +127,8 @@ def compare(runs: Sequence[RunDirectory], *, locking: float | None = None, at: f
     grid = np.linspace(low, high, POINTS)
     onset = onset_of_locking(grid, first.at(grid)) if locking is None else locking
     loose = grid <= (np.inf if onset is None else onset)
-    place, profiles = common_profiles(curves, high, at)
     ends = [float(c.at(high)) for c in curves]
-    others = curves[1:]
     figures = [
-        *_records(curves),
         Figure("compared from", "mm", [low] * len(curves)),
         Figure("compared to", "mm", [high] * len(curves)),
         Figure("force there", "N", ends),
@@ -112,17 +139,25 @@ def compare(runs: Sequence[RunDirectory], *, locking: float | None = None, at: f
     for name, part in (("before", grid[loose]), ("after", grid[~loose])):
         cells = [None, *(relative_l2(c.at(part), first.at(part)) for c in others)]
         figures.append(Figure(f"force curve {name} locking, L2 difference", SHARE, cells))
-    if profiles:
-        sizes = [knot_length(c, p) for c, p in zip(curves, profiles, strict=True)]
-        figures += [
-            Figure("tension profile at", "mm", place),
-            Figure(
-                "tension T/F, L2 difference", SHARE, [None, *(profiles_apart(p, profiles[0]) for p in profiles[1:])]
-            ),
-            Figure("knot length", "mm", sizes),
-            Figure("knot length, difference", SHARE, [None, *(_relative(size, sizes[0]) for size in sizes[1:])]),
-        ]
-    return Comparison(curves, figures, onset, profiles, place[0] if profiles else None)
+    return figures, onset
+
+
+def _tensions(curves: Sequence[Curve], state: CommonState) -> list[Figure]:
+    """Tension profiles and the size of the knot in one state."""
+    if state.displacements is not None:
+        where = Figure("tension profile at", "mm", state.displacements)
+    else:
+        where = Figure("tension profile at the end of", "", [state.step] * len(curves))
+    first, *others = state.profiles
+    sizes = [knot_length(c, p) for c, p in zip(curves, state.profiles, strict=True)]
+    unit = "T/F" if state.over_force else "T"
+    return [
+        where,
+        Figure("force F there", "N", state.forces),
+        Figure(f"tension {unit}, L2 difference", SHARE, [None, *(profiles_apart(p, first) for p in others)]),
+        Figure("knot length", "mm", sizes),
+        Figure("knot length, difference", SHARE, [None, *(_relative(size, sizes[0]) for size in sizes[1:])]),
+    ]
 
 
 def _labels(runs: Sequence[RunDirectory]) -> list[str]:
@@ -143,7 +178,7 @@ def _records(curves: Sequence[Curve]) -> list[Figure]:
         Figure("CPU", "s", [sum(phase["cpu_s"] for phase in all_of) for all_of in phases]),
         Figure("knot", "", named),
         Figure("largest penetration over d", "", [summary.get("max_penetration_over_d") for summary in summaries]),
-        Figure("pulled to", "mm", [float(curve.displacement[-1]) for curve in curves]),
+        Figure("pulled to", "mm", [float(c.displacement[-1]) if c.displacement.size else None for c in curves]),
     ]
 
 

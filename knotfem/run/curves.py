@@ -1,4 +1,4 @@
-"""Force against displacement over all pulls of a run, and where a knot begins to lock."""
+"""Force of a run, step by step and over all its pulls, and where a knot begins to lock."""
 
 from __future__ import annotations
 
@@ -17,21 +17,23 @@ LOCKING_SLOPE = 4.0
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """What a run's pulls have brought.
+    """What a run's loading steps have brought.
 
     Attributes:
         label: of the run.
         run: its folder.
-        displacement: of the pulled end over all pulls [mm], ascending, shape [n].
+        steps: times [s] and forces [N] of each step, by its name.
+        displacement: of the pulled end over all pulls [mm], ascending, shape [n]; empty without a pull.
         force: [N], shape [n].
-        spans: first and last time [s] of each pull, and the displacement at which it set out [mm].
+        spans: first and last time [s] of each pull, and the displacement at which it set out [mm], by its name.
     """
 
     label: str
     run: RunDirectory
+    steps: dict[str, tuple[np.ndarray, np.ndarray]]
     displacement: np.ndarray
     force: np.ndarray
-    spans: tuple[tuple[float, float, float], ...]
+    spans: dict[str, tuple[float, float, float]]
 
     def at(self, displacement: np.ndarray | float) -> np.ndarray:
         """Force at displacements within the curve [N]."""
@@ -39,27 +41,29 @@ class Curve:
 
 
 def force_curve(run: RunDirectory, label: str) -> Curve:
-    """Force against the displacement of all pulls of a run, one behind the other.
+    """Forces of a run, and against the displacement of all its pulls, one behind the other.
 
     Raises:
-        InputError: the run has no pull yet.
+        InputError: the run has taken no loading step yet.
     """
     path = run.path / "force.csv"
     table = read_table(path) if path.exists() else {}
-    pulls = [step for step in run.scene.steps if isinstance(step, Pull)]
-    displacement, force, spans, gone = [], [], [], 0.0
-    for step in pulls:
-        rows = table["step"] == step.name if table and table["time_s"].size else np.zeros(0, dtype=bool)
+    if not table or not table["time_s"].size:
+        raise InputError("no loading step is stored", file=run.path, expected="a run that knotfem pull has brought on")
+    steps, spans, gone = {}, {}, 0.0
+    displacement, force = [np.zeros(0)], [np.zeros(0)]
+    for step in run.scene.loading_steps:
+        rows = table["step"] == step.name
         if not rows.any():
-            break
-        displacement.append(gone + table["displacement_mm"][rows])
-        force.append(table["force_N"][rows])
-        end = float(table["time_s"][rows][-1])
-        spans.append((end - float(table["displacement_mm"][rows][-1]) / step.speed, end, gone))
-        gone += step.displacement
-    if not displacement:
-        raise InputError("no pull is stored", file=run.path, expected="a run that knotfem pull has brought on")
-    return Curve(label, run, np.concatenate(displacement), np.concatenate(force), tuple(spans))
+            continue
+        steps[step.name] = table["time_s"][rows], table["force_N"][rows]
+        if isinstance(step, Pull):
+            went, end = table["displacement_mm"][rows], float(table["time_s"][rows][-1])
+            displacement.append(gone + went)
+            force.append(table["force_N"][rows])
+            spans[step.name] = end - float(went[-1]) / step.speed, end, gone
+            gone += step.displacement
+    return Curve(label, run, steps, np.concatenate(displacement), np.concatenate(force), spans)
 
 
 def onset_of_locking(displacement: np.ndarray, force: np.ndarray) -> float | None:

@@ -32,8 +32,10 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     """What the library was asked to compare."""
     made: list[Any] = []
 
-    def compare(runs: list[RunDirectory], *, locking: float | None, at: float | None) -> SimpleNamespace:
-        made.append(([str(run.path) for run in runs], locking, at))
+    def compare(
+        runs: list[RunDirectory], *, locking: float | None, at: float | None, step: str | None
+    ) -> SimpleNamespace:
+        made.append(([str(run.path) for run in runs], locking, at, step))
         figures = [
             SimpleNamespace(name="force there", unit="N", cells=[1.5, 2.0]),
             SimpleNamespace(name="force there, difference", unit="share", cells=[None, 0.25]),
@@ -51,11 +53,13 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
 
 def test_compare_prints_the_differences_and_where_they_are(folder: Path, asked: list[Any]) -> None:
     result = call("compare", "solid", "light", "--at", "6 cm", "--locking", "50 mm")
-    assert asked == [(["solid", "light"], 50.0, 60.0)]
+    assert asked == [(["solid", "light"], 50.0, 60.0, None)]
     assert result.stdout == "compare.png\ncompare.csv\n"
     assert "25.00 %" in result.stderr
     assert "force there [N]" in result.stderr
     assert call("compare", "solid", "light", "-o", "a.pdf", "--quiet").output == "a.pdf\na.csv\n"
+    assert call("compare", "solid", "light", "--step", "load").exit_code == 0
+    assert asked[-1] == (["solid", "light"], None, None, "load")
 
 
 def test_compare_as_json(folder: Path, asked: list[Any]) -> None:
@@ -69,7 +73,7 @@ def test_compare_needs_runs(folder: Path) -> None:
     assert call("compare", "solid", "none").exit_code == 3
     result = call("compare", "solid", "light")
     assert result.exit_code == 3
-    assert "no pull is stored" in result.stderr
+    assert "no loading step is stored" in result.stderr
 
 
 @pytest.mark.parametrize("verb", ["tension", "render", "resume"])

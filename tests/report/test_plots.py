@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from knotfem.errors import InputError
-from knotfem.report.plots import plot_force, plot_stretch, plot_tension
+from knotfem.report.plots import plot_comparison, plot_force, plot_stretch, plot_tension
 
 S = np.linspace(0, 1, 101)
 TENSION = {"s_over_L": S, "tension_N": 0.4 * (1 - S), "core_N": 0.3 * (1 - S), "bulk_N": 0.1 * (1 - S)}
@@ -58,6 +58,20 @@ def test_stretch_takes_a_curve_a_time(tmp_path):
     assert len({line for line in svg.split('"') if line.startswith("stroke: #") or "stroke: #" in line}) > 7
     with pytest.raises(ValueError, match="expected \\(7, 101\\)"):
         plot_stretch(S, stretch.T, times, tmp_path / "bad.svg")
+
+
+def test_compared_profiles_have_a_colour_a_run_and_a_line_a_rod(tmp_path):
+    force = {"displacement_mm": np.arange(5.0), "force_N": np.arange(5.0)}
+    rods = {"hitch": {"s_over_L": S, "tension": 1 - S}, "bight": {"s_over_L": S, "tension": S}}
+    runs = {"a": rods, "b": rods}
+    plot_comparison(dict.fromkeys(runs, force), runs, tmp_path / "two.svg", radius=3.0, at=3.0)
+    svg = texts(tmp_path / "two.svg")
+    assert all(text in svg for text in (">hitch<", ">bight<", "stroke-dasharray: 5.18,2.24"))
+    one = {run: {"hitch": tables["hitch"]} for run, tables in runs.items()}
+    plot_comparison(dict.fromkeys(one, force), one, tmp_path / "one.svg", radius=3.0, step="load")
+    svg = texts(tmp_path / "one.svg")
+    assert "hitch" not in svg
+    assert "end of load" in svg
 
 
 def test_refusals_leave_no_file(tmp_path):

@@ -71,13 +71,15 @@ def test_differences_are_relative_to_the_first_run(tmp_path):
 def test_profiles_are_those_of_the_last_displacement_that_both_have(tmp_path):
     runs = pulled(tmp_path / "solid"), pulled(tmp_path / "light", 1.1, to=50.0, model="rod")
     found = compare(runs)
-    assert found.at == 48.0
-    first, second = (profile["rod"]["tension_over_force"] for profile in found.profiles)
+    assert found.state is not None
+    assert found.state.displacements == [48.0, 48.0]
+    assert found.state.over_force
+    first, second = (profile["rod"]["tension"] for profile in found.state.profiles)
     assert first == pytest.approx(1.0 - 0.8 * S)
     assert second == pytest.approx(1.0 - 0.78 * S, rel=2e-3)
     expected = np.linalg.norm(0.02 * S) / np.linalg.norm(1.0 - 0.8 * S)
     assert cells(found)["tension T/F, L2 difference"][1] == pytest.approx(expected, rel=1e-2)
-    assert compare(runs, at=30.5).at == 30.0
+    assert cells(compare(runs, at=30.5))["tension profile at"] == [30.0, 30.0]
 
 
 def test_force_is_compared_at_common_displacements_only(tmp_path):
@@ -117,7 +119,8 @@ def test_pulls_follow_each_other(tmp_path):
     curve = force_curve(run, "run")
     assert curve.displacement.tolist() == [15.0, 30.0, 36.0, 42.0]
     assert curve.force.tolist() == [1.0, 2.0, 3.0, 4.0]
-    assert curve.spans == ((0.0, 7.5, 0.0), (8.5, 11.5, 30.0))
+    assert curve.spans == {"pull": (0.0, 7.5, 0.0), "on": (8.5, 11.5, 30.0)}
+    assert list(curve.steps) == ["pull", "hold", "on"]
 
 
 def test_runs_that_cannot_be_compared_are_refused(tmp_path):
@@ -126,10 +129,71 @@ def test_runs_that_cannot_be_compared_are_refused(tmp_path):
         compare([first, pulled(tmp_path / "b", start=70.0, to=90.0)])
     with pytest.raises(InputError, match="nothing to compare"):
         compare([first])
-    with pytest.raises(InputError, match="no pull is stored"):
+    with pytest.raises(InputError, match="no loading step is stored"):
         compare([first, RunDirectory.create(first.scene, tmp_path / "c")])
     with pytest.raises(InputError, match="no tension is stored near"):
         compare([first, pulled(tmp_path / "d", to=50.0)], at=58.0)
+
+
+LOADED = (
+    'steps=[{kind="pull",name="draw",%s},{kind="load",name="load",duration="2 s",'
+    'ends.rod.start={motion="loaded",force="2 N",direction=[0,0,1]}},'
+    '{kind="release",name="let-go",duration="5 s"},{kind="hold",name="other",duration="5 s"}]' % (PULL % 12.0)
+)
+
+
+def loaded(path: Path, share: float, *, drawn: bool = True, force: float = 2.0, last: str = "let-go") -> RunDirectory:
+    """A run drawn by 12 mm, loaded and let go; in the end its tension falls linearly from 2 N to a share of it."""
+    run = RunDirectory.create(load_scene("overhand", [LOADED]), path)
+    rows = [(1.0, 4.0, 0.5, "draw"), (3.0, 12.0, 1.0, "draw")] * drawn
+    rows += [(4.0, 0.0, 1.5, "load"), (5.0, 0.0, 2.0, "load"), (8.0, 0.1, force, last), (10.0, 0.2, force, last)]
+    names = ("time_s", "displacement_mm", "force_N", "step")
+    columns = {name: np.array(column) for name, column in zip(names, zip(*rows, strict=True), strict=True)}
+    write_table(run.path / "force.csv", columns)
+    states = ((0.0, 0.5, 0.9), (12.0, 3.0, 0.8), (0.0, 5.0, 0.7), (0.2, 10.0, share))
+    parts = [stored(d, t, 2.0 * (1.0 - (1.0 - level) * S)) for d, t, level in states]
+    write_table(run.path / "tension.csv", {name: np.concatenate([part[name] for part in parts]) for name in parts[0]})
+    return run
+
+
+def test_loaded_runs_are_compared_at_the_end_of_their_last_step_in_common(tmp_path):
+    runs = loaded(tmp_path / "a", 0.4), loaded(tmp_path / "b", 0.5)
+    found = cells(compare(runs))
+    assert found["tension profile at the end of"] == ["let-go", "let-go"]
+    assert found["force F there"] == [2.0, 2.0]
+    expected = np.linalg.norm(0.1 * S) / np.linalg.norm(1.0 - 0.6 * S)
+    assert found["tension T/F, L2 difference"][1] == pytest.approx(expected)
+    other = [runs[0], loaded(tmp_path / "c", 0.5, last="other")]
+    assert cells(compare(other))["tension profile at the end of"] == ["load", "load"]
+
+
+def test_step_at_whose_end_runs_are_compared_may_be_named(tmp_path):
+    runs = loaded(tmp_path / "a", 0.4), loaded(tmp_path / "b", 0.5)
+    assert cells(compare(runs, step="load"))["tension T/F, L2 difference"][1] == pytest.approx(0.0)
+    assert cells(compare(runs, step="draw"))["tension profile at"] == [12.0, 12.0]
+
+
+def test_runs_that_nothing_pulls_are_compared_by_tension_alone(tmp_path):
+    runs = [loaded(tmp_path / name, share, drawn=False, force=0.0) for name, share in (("a", 0.4), ("b", 0.5))]
+    found = compare(runs)
+    assert "compared to" not in cells(found)
+    assert cells(found)["pulled to"] == [None, None]
+    expected = np.linalg.norm(0.1 * S) / np.linalg.norm(1.0 - 0.6 * S)
+    assert cells(found)["tension T, L2 difference"][1] == pytest.approx(expected)
+    found.write(tmp_path / "both.svg")
+    svg = (tmp_path / "both.svg").read_text()
+    assert all(text in svg for text in ("end of let-go", ">a<", ">b<", "(N)"))
+
+
+def test_steps_that_runs_do_not_share_are_refused(tmp_path):
+    a, b = loaded(tmp_path / "a", 0.4), pulled(tmp_path / "b")
+    with pytest.raises(InputError, match='b: --step: no such step is stored; found "load"; expected pull'):
+        compare([a, b], step="load")
+    with pytest.raises(InputError, match="two states are asked for"):
+        compare([a, b], step="load", at=3.0)
+    bare = loaded(tmp_path / "c", 0.4, drawn=False)
+    with pytest.raises(InputError, match="no stored step in common; found b pull; c load, let-go"):
+        compare([b, bare])
 
 
 def test_picture_and_table_are_written(tmp_path):
