@@ -140,11 +140,6 @@ class Body:
         return Penalty(c.stiffness_over_modulus * modulus / d, c.ramp_over_diameter * d, c.stick_over_diameter * d)
 
     @property
-    def force_scale(self) -> float:
-        """B/r^2 of the softest rod [N]."""
-        return min(rod.scene.material.youngs_modulus * np.pi * rod.scene.diameter**2 / 16.0 for rod in self.rods)
-
-    @property
     def elastic(self) -> list[Effect]:
         """Bulk and core of all rods."""
         return [effect for rod in self.rods for effect in (rod.bulk, rod.core) if effect is not None]

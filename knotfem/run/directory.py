@@ -37,7 +37,7 @@ SOURCE = "source.json"
 
 _SETTINGS = ("solver", "output")
 _SCENE, _TIE = "scene.toml", "tie.csv"
-_SERIES = (_TIE, "force.csv", "tension.csv", "twist.csv", "contacts.csv", "stretch.json", "results.vtkhdf", SOURCE)
+_SERIES = (_TIE, "force.csv", "tension.csv", "twist.csv", "contacts.csv", "results.vtkhdf", SOURCE)
 _RECORDS = ("provenance.json", "status.json", "summary.json", "log.jsonl")
 _PLOTS = tuple(f"{name}.png" for name in ("stretch", "force", "tension"))
 _PICTURES = tuple(f"knot-{colour}.png" for colour in ("strain", "tension", "pressure", "curvature", "twist", "none"))

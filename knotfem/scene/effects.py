@@ -103,8 +103,8 @@ class Inertia(Table):
     """Time integration.
 
     Attributes:
-        scheme: "quasi-static" is backward Euler that starts every step from rest; "hht" and "generalised-alpha" keep
-            the energy of slow motions.
+        scheme: "quasi-static" has no inertia; "backward-euler" takes the energy of fast motions, "hht" and
+            "generalised-alpha" keep that of slow ones.
         hht_alpha: numerical damping of "hht", 0 for none.
         spectral_radius: at infinite frequency, of "generalised-alpha", 1 for no damping.
     """
