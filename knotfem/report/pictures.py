@@ -14,12 +14,14 @@ from knotfem.run.directory import RunDirectory
 from knotfem.run.profile import stored_states
 from knotfem.scene.model import Scene
 
+DIVERGING = "coolwarm"
+"""Map of values of either sign, nothing in its middle."""
 COLOURS = {
     "strain": ("largest_principal_strain", "largest principal strain (logarithmic)", "viridis"),
     "tension": ("tension", "tension [N]", "plasma"),
     "pressure": ("contact_pressure", "contact pressure [MPa]", "inferno"),
     "curvature": ("curvature", "curvature [1/mm]", "viridis"),
-    "twist": ("twist", "twist [rad/mm]", "coolwarm"),
+    "twist": ("twist", "twist [rad/mm]", DIVERGING),
     "none": ("", "", "viridis"),
 }
 
@@ -57,7 +59,14 @@ def render(run: RunDirectory, out: Path, colour: str = "strain", at: float | Non
         cylinders=cylinders,
         label=label,
         colour_map=colours,
+        limits=_around_nothing(scalars) if colours == DIVERGING else None,
     )
+
+
+def _around_nothing(values: np.ndarray | None) -> tuple[float, float] | None:
+    """Limits as far below nothing as above; none where all is nothing."""
+    size = 0.0 if values is None else float(np.abs(values).max())
+    return (-size, size) if size > 0.0 else None
 
 
 def _rings(scene: Scene, points: int) -> list[np.ndarray]:
