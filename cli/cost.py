@@ -51,12 +51,17 @@ def cost(
     from rich.console import Console
 
     from knotfem.cost import files, records, study, switches, tables
+    from knotfem.errors import InputError
+    from knotfem.run.files import json_line
     from knotfem.scene import load_scene
     from knotfem.scene.quantity import DURATION, parse_quantity
 
+    for option, given in (("--store", store is not None), ("--ladder", bool(ladders))):
+        if effects and given:
+            raise InputError("not with --effects", key=option, expected="either of the two")
     chosen = with_model(overrides, model)
     folder = output or Path("costs") / load_scene(scene, chosen).name
-    seconds = parse_quantity(budget, DURATION, "--budget") if budget else None
+    seconds = parse_quantity(budget, DURATION, "--budget") if budget is not None else None
 
     def tell(text: str) -> None:
         if not quiet:
@@ -66,12 +71,20 @@ def cost(
     console = Console(width=width, quiet=quiet or log_format == "json")
     if effects:
         switched = switches.run_effects(scene, chosen, folder, budget=seconds, jobs=jobs, tell=tell)
-        files.write_effects(switched, folder)
+        result = {"table": files.write_effects(switched, folder), "effects": switches.effects_rows(switched)}
         console.print(switches.effects_table(switched))
     else:
         found = study.run_study(scene, chosen, folder, budget=seconds, names=ladders, jobs=jobs, tell=tell)
-        files.write_study(found, folder)
-        console.print(*tables.tables(found), *tables.recommendations(found), sep="\n")
+        result = {
+            **files.write_study(found, folder),
+            "rungs": tables.rung_rows(found),
+            "references": tables.reference_rows(found),
+            "recommendations": tables.recommendations(found),
+        }
+        console.print(*tables.tables(found), *result["recommendations"], sep="\n")
         if store is not None:
-            records.store(records.record_of(found), records.user_file() if store == Path() else store)
-    click.echo(json.dumps({"folder": str(folder)}) if log_format == "json" else folder)
+            result["stored"] = records.user_file() if store == Path() else store
+            replaced = records.store(records.record_of(found), result["stored"])
+            older = f", in place of what was measured on {replaced.scene} on {replaced.date}" if replaced else ""
+            tell(f"stored for --accuracy in {result['stored']}{older}")
+    click.echo(json_line({"folder": folder, **result}).rstrip() if log_format == "json" else folder)

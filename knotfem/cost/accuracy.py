@@ -52,12 +52,13 @@ def recommended(scene: Scene, target: float, records: Sequence[Record]) -> tuple
     Raises:
         InputError: none is that accurate.
     """
-    alike = [record for record in records if record.scene_class == class_of(scene)]
+    kind = class_of(scene)
+    alike = [record for record in records if record.scene_class == kind]
     own = [record for record in alike if record.scene == scene.name]
     found = _promised(scene, own) or _promised(scene, alike)
     good = [(record, setting) for record, setting in found if setting.bound <= target]
     if not good:
-        raise _refusal(scene, target, alike, found)
+        raise _refusal(scene, target, f"scenes of the class {kind}", alike, found)
     nearest = min((record for record, _ in good), key=lambda record: (_distance(scene, record), record.model != "fem"))
     return min((pair for pair in good if pair[0] is nearest), key=lambda pair: pair[1].cpu_s)
 
@@ -81,9 +82,9 @@ def _distance(scene: Scene, record: Record) -> float:
 
 
 def _refusal(
-    scene: Scene, target: float, alike: Sequence[Record], found: Sequence[tuple[Record, Setting]]
+    scene: Scene, target: float, what: str, alike: Sequence[Record], found: Sequence[tuple[Record, Setting]]
 ) -> InputError:
-    what, key = f"scenes of the class {class_of(scene)}", "--accuracy"
+    key = "--accuracy"
     if not alike:
         expected = f"a scene of a class that was measured: knotfem cost {scene.name} --store measures this one"
         return InputError(f"no settings were measured for {what}", key=key, expected=expected)
@@ -132,7 +133,7 @@ def _says(scene: Scene, target: float, record: Record, setting: Setting) -> str:
     extrapolated = _differences(scene, record)
     return (
         f"{target:.2%} in the {record.quantity}: settings of {setting.rung} ({', '.join(_figures(scene, setting))}), "
-        f"measured on {record.scene} against the limit of the model {record.model} "
+        f"measured on {record.scene} against the reference of the model {record.model} "
         f"({record.date}, knotfem {record.version}): error {setting.error:.2%} +- {setting.uncertainty:.2%}, "
         f"{setting.wall_s / 60.0:.1f} min there ({record.machine.get('processor', 'another machine')}, "
         f"{record.machine.get('processors', 1)} processors) for a pull of {record.window:.3g} d"

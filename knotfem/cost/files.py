@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from knotfem.cost.errors_of import falling
 from knotfem.cost.ladders import SIZED
@@ -11,34 +14,44 @@ from knotfem.cost.measured import Measured
 from knotfem.cost.quantities import LABELS
 from knotfem.cost.records import record_of
 from knotfem.cost.study import Study
-from knotfem.cost.switches import EffectsStudy, effects_columns
-from knotfem.cost.tables import csv_columns
+from knotfem.cost.switches import EffectsStudy, effects_rows
+from knotfem.cost.tables import rung_rows
 from knotfem.run.files import write_json
 from knotfem.run.tables import write_table
 
 
-def write_study(study: Study, folder: Path) -> None:
+def write_study(study: Study, folder: Path) -> dict[str, Path | None]:
     """Write table, plot and, where the table has a bounded reference, the recommendation; else remove an older one.
+
+    Returns:
+        The files by what they are.
 
     Raises:
         InputError: nothing can be written there.
     """
-    write_table(folder / "cost.csv", csv_columns(study))
-    recommendation = folder / "recommendation.json"
+    table, picture, recommendation = (folder / name for name in ("cost.csv", "cost.png", "recommendation.json"))
+    write_table(table, _columns(rung_rows(study)))
     if study.bounded:
         write_json(recommendation, asdict(record_of(study)))
     else:
         recommendation.unlink(missing_ok=True)
-    plot(study, folder / "cost.png")
+    plot(study, picture)
+    return {"table": table, "picture": picture, "recommendation": recommendation if study.bounded else None}
 
 
-def write_effects(study: EffectsStudy, folder: Path) -> None:
-    """Write effects.csv.
+def write_effects(study: EffectsStudy, folder: Path) -> Path:
+    """Write effects.csv, return its path.
 
     Raises:
         InputError: nothing can be written there.
     """
-    write_table(folder / "effects.csv", effects_columns(study))
+    table = folder / "effects.csv"
+    write_table(table, _columns(effects_rows(study)))
+    return table
+
+
+def _columns(rows: list[dict[str, Any]]) -> dict[str, np.ndarray]:
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
 def plot(study: Study, out: Path) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from knotfem.cost.measured import Measured, measure
 from knotfem.cost.quantities import LABELS, scale_of
 from knotfem.cost.study import make_campaign, require_base
 from knotfem.effects.registry import INTERNAL_DAMPING, REGISTERED
+from knotfem.errors import InputError
 from knotfem.run.registry import REGISTRY
 from knotfem.scene.model import Scene
 
@@ -117,7 +118,12 @@ def run_effects(
     jobs: int | None = None,
     tell: Callable[[str], None],
 ) -> EffectsStudy:
-    """Run a scene as it is and without each of its effects; see `study.run_study`."""
+    """Run a scene as it is and without each of its effects; see `study.run_study`.
+
+    Raises:
+        InputError: it has none.
+        KnotfemError: the scene itself did not run to its end.
+    """
     campaign = make_campaign(source, overrides, folder, budget=budget, jobs=jobs, tell=tell)
     base = base_rung()
     scene = campaign.scene_of(base)
@@ -127,14 +133,16 @@ def run_effects(
         )
         for name in effects_of(scene)
     }
+    if not rungs:
+        raise InputError("no effect to switch off", key="--effects", expected=f"one of {', '.join(SWITCHES)}")
     campaign.take([base, *rungs.values()])
     require_base(campaign)
     return EffectsStudy(scene, measure(campaign, base), {name: measure(campaign, rung) for name, rung in rungs.items()})
 
 
-def effects_columns(study: EffectsStudy) -> dict[str, np.ndarray]:
-    """Columns of effects.csv: a row an effect."""
-    rows = [
+def effects_rows(study: EffectsStudy) -> list[dict[str, Any]]:
+    """Rows of effects.csv, one an effect."""
+    return [
         {
             "effect": name,
             "state": entry.outcome.state,
@@ -146,7 +154,6 @@ def effects_columns(study: EffectsStudy) -> dict[str, np.ndarray]:
         }
         for name, entry in study.without.items()
     ]
-    return {name: np.array([row[name] for row in rows]) for name in rows[0]} if rows else {}
 
 
 def effects_table(study: EffectsStudy) -> RenderableType:

@@ -1,9 +1,9 @@
-"""A cost table as CSV and on the terminal."""
+"""A cost table as rows and on the terminal."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,10 +26,10 @@ SHORT = {
 }
 
 
-def csv_columns(study: Study) -> dict[str, np.ndarray]:
-    """Columns of cost.csv: a row a rung, errors relative, NaN where there is none."""
+def rung_rows(study: Study) -> list[dict[str, Any]]:
+    """Rows of cost.csv, one a rung: errors relative, NaN where there is none."""
     front = {entry.rung.name for entry in study.front}
-    rows = [
+    return [
         {
             "rung": entry.rung.name,
             "ladder": entry.rung.ladder,
@@ -47,7 +47,14 @@ def csv_columns(study: Study) -> dict[str, np.ndarray]:
         }
         for entry in study.measured
     ]
-    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+
+
+def reference_rows(study: Study) -> dict[str, list[dict[str, Any]]]:
+    """References by quantity, the least uncertain first: source, value (of a curve its end), relative uncertainty."""
+    return {
+        name: [{"source": one.source, "value": one.value[-1], "uncertainty": one.uncertainty} for one in found]
+        for name, found in study.references.items()
+    }
 
 
 def tables(study: Study) -> list[RenderableType]:

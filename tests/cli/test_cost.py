@@ -5,15 +5,17 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner, Result
-from manufactured import write_ladders
+from manufactured import write_ladders, write_run
 
 import knotfem.run
+from knotfem.cost.ladders import Rung, base_rung
 from knotfem.cost.records import stored
+from knotfem.cost.study import make_campaign
 from knotfem.scene import load_scene
 from knotfem_cli.main import knotfem_command
 
 PULL = "steps.1.displacement=30 mm"
-LADDERS = ("section", "slice")
+LADDERS = ("section", "slice", "uniform")
 
 
 def call(*arguments: object) -> Result:
@@ -42,7 +44,11 @@ def test_cost_prints_table_and_recommendation_and_stores_it(measured, tmp_path):
         "runs", "cost.csv", "cost.png", "recommendation.json",
     }  # fmt: skip
     (record,) = json.loads((tmp_path / "kept.json").read_text())["measured"]
-    assert record["scene"] == "overhand"
+    assert (record["scene"], record["model"]) == ("overhand", "fem")
+    assert "stored for --accuracy in " in measured.stderr
+    chosen = [text for name in LADDERS for text in ("--ladder", name)]
+    again = call("cost", "overhand", "--set", PULL, *chosen, "--store", tmp_path / "kept.json")
+    assert again.stderr.splitlines()[-1].endswith(f"in place of what was measured on overhand on {record['date']}")
     assert "overhand" not in [entry.scene for entry in stored() if entry.window == pytest.approx(5.0)]
 
 
@@ -62,6 +68,7 @@ def test_accuracy_takes_what_cost_stored(measured, tmp_path, monkeypatch):
     )
     assert result.exit_code == 0, result.output
     assert "5.00% in the force: settings of " in result.stderr
+    assert "(model fem, element hex8-reduced, section of " in result.stderr
     ((scene, run),) = pulled
     assert (scene.contact.friction, scene.accuracy.wanted) == (0.2, 0.05)
     assert load_scene(run.scene_file) == scene
@@ -70,7 +77,59 @@ def test_accuracy_takes_what_cost_stored(measured, tmp_path, monkeypatch):
     assert "--accuracy: no settings were measured to be that accurate" in refused.stderr
 
 
+def test_result_as_json(tmp_path):
+    write_ladders(tmp_path / "costs" / "overhand", (PULL,), ["uniform"], failed="uniform-108")
+    result = call("cost", "overhand", "--set", PULL, "--ladder", "uniform", "--store", "--log-format", "json")
+    assert result.exit_code == 0, result.output
+    found = json.loads(result.stdout)
+    assert (found["folder"], found["table"]) == ("costs/overhand", "costs/overhand/cost.csv")
+    assert (found["picture"], found["recommendation"]) == (
+        "costs/overhand/cost.png", "costs/overhand/recommendation.json",
+    )  # fmt: skip
+    assert found["stored"] == str(tmp_path / "data" / "knotfem" / "recommendations.json")
+    by_name = {row["rung"]: row for row in found["rungs"]}
+    assert by_name["base"]["force_error"] > by_name["uniform-48"]["force_error"] > 0.0
+    assert by_name["uniform-108"]["force_error"] is None
+    assert found["references"]["force"][0]["source"].startswith("all refined at once")
+    assert any(line.startswith("5% in the force: ") for line in found["recommendations"])
+
+
+def test_store_without_a_bound_is_refused_after_the_table(tmp_path):
+    write_ladders(tmp_path / "costs" / "overhand", (PULL,), ["slice"])
+    result = call("cost", "overhand", "--set", PULL, "--ladder", "slice", "--store", tmp_path / "kept.json")
+    assert result.exit_code == 3
+    assert "nothing is recommended: the reference lacks section, step" in result.stdout
+    assert "nothing bounds the reference" in result.stderr
+    assert not (tmp_path / "kept.json").exists()
+
+
+def test_effects_as_json(tmp_path):
+    bare = ["rods.0.core=none", "drag=none", "contact.friction=0", "gravity=none", "inertia.scheme=quasi-static"]
+    campaign = make_campaign("overhand", bare, tmp_path / "out", budget=None, jobs=1, tell=lambda text: None)
+    without = Rung("without-contact", "effects", "", None, ("contact.enabled=false",))
+    for rung in (base_rung(), without):
+        write_run(campaign.run_of(rung), campaign.scene_of(rung))
+    options = [text for override in bare for text in ("--set", override)]
+    result = call("cost", "overhand", *options, "--effects", "-o", "out", "--log-format", "json")
+    assert result.exit_code == 0, result.output
+    found = json.loads(result.stdout)
+    assert (found["folder"], found["table"]) == ("out", "out/effects.csv")
+    assert [(row["effect"], row["state"]) for row in found["effects"]] == [("contact", "done")]
+    none = call("cost", "overhand", *options, "--set", "contact.enabled=false", "--effects", "-o", "none")
+    assert none.exit_code == 3
+    assert "--effects: no effect to switch off" in none.stderr
+    assert not (tmp_path / "none").exists()
+
+
+def test_effects_and_what_they_leave_out_are_not_taken_together():
+    for option in (["--store"], ["--ladder", "slice"]):
+        refused = call("cost", "overhand", "--effects", *option)
+        assert refused.exit_code == 3
+        assert f"{option[0]}: not with --effects" in refused.stderr
+
+
 def test_wrong_options(tmp_path):
+    assert "--budget" in call("cost", "overhand", "--budget", "").stderr
     assert call("cost", "overhand", "--ladder", "slices").exit_code == 3
     assert call("cost", "overhand", "--budget", "20").exit_code == 3
     assert call("cost", "overhand", "--jobs", "0").exit_code == 2

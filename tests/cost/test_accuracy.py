@@ -114,7 +114,7 @@ def test_settings_are_applied_and_recorded():
     assert says.startswith(
         "2.00% in the force: settings of uniform-48 (model fem, element hex8, section of 48 elements, "
         "slices of 0.167 d, step 0.5 d, penalty 48, tolerance 1.026e-05 N), "
-        "measured on bowline against the limit of the model fem"
+        "measured on bowline against the reference of the model fem"
     )
     assert "error 0.60% +- 0.50%, 1.0 min there (Model T, 2 processors)" in says
 
@@ -133,7 +133,7 @@ def test_change_of_model_is_said(monkeypatch):
     overrides, says = accurate_overrides("bowline", [], "5%")
     assert load_scene("bowline", overrides).model == "rod"
     assert "settings of model-rod (model rod in place of fem, slices of 0.667 d, step 0.5 d, tolerance" in says
-    assert "against the limit of the model fem" in says
+    assert "against the reference of the model fem" in says
 
 
 def test_scene_with_its_accuracy_is_written_and_read_as_the_same(tmp_path):

@@ -5,7 +5,7 @@ from manufactured import write_run
 
 from knotfem.cost.ladders import Rung, base_rung
 from knotfem.cost.study import make_campaign
-from knotfem.cost.switches import SWITCHES, effects_columns, effects_of, effects_table, run_effects
+from knotfem.cost.switches import SWITCHES, effects_of, effects_rows, effects_table, run_effects
 from knotfem.run.registry import REGISTRY
 from knotfem.scene import load_scene
 
@@ -56,7 +56,7 @@ def test_costs_and_changes(tmp_path):
     assert study.share("contact") == pytest.approx(0.15)
     assert study.saved("core") == pytest.approx(0.0)
     assert study.change("core", "force") == 0.0
-    columns = effects_columns(study)
-    assert list(columns["effect"]) == list(study.without)
-    assert columns["state"][list(columns["effect"]).index("contact")] == "failed"
+    states = {row["effect"]: row["state"] for row in effects_rows(study)}
+    assert list(states) == list(study.without)
+    assert states["contact"] == "failed"
     assert effects_table(study).row_count == 4
