@@ -32,9 +32,9 @@ def verify(
     """Compare this installation with closed-form solutions, or run the hard cases.
 
     Prints case, quantity, expected value, found value, deviation, verdict and seconds; ends with code 4 when a
-    verdict fails. -o writes the table as CSV, with sources and meshes. The cases have settings of their own; no --set
-    changes them. With --hard: whether each run finished, cutbacks, smallest J, penetration over the diameter, knot
-    before and after, energy error, what the case must besides, and wall seconds.
+    verdict fails. -o writes the table as CSV, with sources and meshes, anew after each case. The cases have settings
+    of their own; no --set changes them. With --hard: whether each run finished, cutbacks, smallest J, penetration over
+    the diameter, knot before and after, energy error, what the case must besides, and wall seconds.
 
     \b
     Example:
@@ -44,27 +44,28 @@ def verify(
       knotfem verify --hard --only rough:overhand
     """
     from knotfem.errors import InputError
-    from knotfem.verify.verdict import judge, select, table
+    from knotfem.verify.verdict import judge, select
 
     if overrides:
         raise InputError("the cases have settings of their own", key="--set", found=overrides[0])
     if small and not hard:
         raise InputError("only hard cases have small versions", key="--small", expected="--hard --small")
     cases = select(_cases(hard, small), only)
-    verdicts = []
-    for number, case in enumerate(cases, start=1):
-        if not quiet and log_format == "text":
-            click.echo(f"{number}/{len(cases)} {case.name}: {case.title}", err=True)
-        verdicts.append(judge(case))
-        if log_format == "json":
-            for row in verdicts[-1].rows():
-                click.echo(json.dumps(row))
-    if output is not None:
-        from knotfem.run.tables import write_table
-
-        write_table(output, table(verdicts))
-    if not quiet and log_format == "text":
-        _show(verdicts, hard)
+    verdicts: list[Verdict] = []
+    told = not quiet and log_format == "text"
+    _write(output, verdicts)
+    try:
+        for number, case in enumerate(cases, start=1):
+            if told:
+                click.echo(f"{number}/{len(cases)} {case.name}: {case.title}", err=True)
+            verdicts.append(judge(case))
+            _write(output, verdicts)
+            if log_format == "json":
+                for row in verdicts[-1].rows():
+                    click.echo(json.dumps(row))
+    finally:
+        if told and verdicts:
+            _show(verdicts, hard)
     if not all(verdict.passed for verdict in verdicts):
         click.get_current_context().exit(4)
 
@@ -77,6 +78,14 @@ def _cases(hard: bool, small: bool) -> list[Case]:
     from knotfem.verify.suite import closed_forms
 
     return closed_forms()
+
+
+def _write(output: Path | None, verdicts: list[Verdict]) -> None:
+    if output is not None:
+        from knotfem.run.tables import write_table
+        from knotfem.verify.verdict import table
+
+        write_table(output, table(verdicts))
 
 
 def _show(verdicts: list[Verdict], hard: bool) -> None:

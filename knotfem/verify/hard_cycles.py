@@ -7,7 +7,9 @@ from functools import partial
 
 import numpy as np
 
-from knotfem.verify.hard import hard_scene, mesh_of, quantities_of, run
+from knotfem.scene import Scene
+from knotfem.verify.hard import hard_case, hard_scene, run
+from knotfem.verify.hard_figures import figures_of
 from knotfem.verify.rehearsal import Rehearsal
 from knotfem.verify.verdict import Case, Quantity
 
@@ -20,21 +22,21 @@ STEP = 1e-3
 
 def cases(*, small: bool = False) -> list[Case]:
     """See `hard.hard_cases`."""
-    mesh = mesh_of(small)
-
-    def case(name: str, title: str, measure) -> Case:
-        return Case(name, partial(measure, small), title, "hard cases", mesh, slow=not small)
-
+    cycles = hard_scene("cycles", ("steps.1.displacement=4 mm",) if small else (), small=small)
+    hold = hard_scene("hold", small=small)
+    cycle, slip = (
+        "overhand loaded, unloaded and loaded again, three times",
+        "capstan held at 90 % of slip, 10,000 steps",
+    )
     return [
-        case("cycles", "overhand loaded, unloaded and loaded again, three times", _cycles),
-        case("hold", "capstan held at 90 % of slip for 10,000 steps", _hold),
+        hard_case("cycles", "", cycle, partial(_cycles, cycles), cycles, small=small),
+        hard_case("hold", "", slip, partial(_hold, small), hold, small=small),
     ]
 
 
-def _cycles(small: bool) -> Sequence[Quantity]:
+def _cycles(scene: Scene) -> Sequence[Quantity]:
     names = ["load", *(f"{kind}-{i}" for i in range(1, CYCLES + 1) for kind in ("unload", "reload"))]
-    short = ("steps.1.displacement=4 mm",)
-    found = run(hard_scene("cycles", short if small else (), small=small))
+    found = run(scene)
     if not found.finished:
         return found.quantities()
     friction, force, step = (found.force[name] for name in ("friction_Nmm", "force_N", "step"))
@@ -47,7 +49,7 @@ def _cycles(small: bool) -> Sequence[Quantity]:
     return [
         *found.quantities(before="3_1", after="3_1"),
         *(
-            Quantity("dissipation, N mm", float(work), 0.0, kind="at least", condition=f"cycle {i}")
+            Quantity("dissipation, N mm", float(work), 0.0, kind="above", condition=f"cycle {i}")
             for i, work in enumerate(taken, start=1)
         ),
         *(
@@ -61,6 +63,8 @@ def _cycles(small: bool) -> Sequence[Quantity]:
 
 def _hold(small: bool) -> Sequence[Quantity]:
     pulled = run(hard_scene("slip-capstan", small=small))
+    if not pulled.finished:
+        return pulled.quantities(condition="pulled until it slips")
     slip = float(pulled.force["force_N"].max())
     count = 100 if small else 10_000
     scene = hard_scene(
@@ -72,20 +76,18 @@ def _hold(small: bool) -> Sequence[Quantity]:
     rehearsal = Rehearsal(scene)
     axis = rehearsal.model.body.rods[0].axis_nodes
     held: list[np.ndarray] = []
-    passed = None
     for passed in rehearsal.run(rehearsal.tied()):
         if passed.step is scene.steps[-1]:
             held.append(passed.x[axis])
         if len(held) == count:
             break
-    assert passed is not None
     elastic = scene.contact.stick_over_diameter * scene.rods[0].diameter
     return [
-        *quantities_of(rehearsal, passed),
+        *figures_of(rehearsal).quantities(before="unknot", after="unknot"),
         Quantity("steps held", float(len(held)), float(count), kind="at least"),
         Quantity("drift, mm", farthest(held), elastic, kind="at most"),
         Quantity("drift in the second half, mm", farthest(held[len(held) // 2 :]), 0.01 * elastic, kind="at most"),
-        Quantity("force at slip, N", slip, 0.0, kind="at least"),
+        Quantity("force at slip, N", slip, 0.0, kind="above"),
     ]
 
 

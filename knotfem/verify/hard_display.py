@@ -26,10 +26,10 @@ def show(verdicts: Sequence[Verdict]) -> None:
             seconds = passed = ""
         for q in verdict.quantities:
             if q.name not in COMMON:
-                expected, found, _ = q.shown
+                expected, found, deviation = q.shown
                 must = f"{q.name}, {q.condition}: {expected}" if q.condition else f"{q.name}: {expected}"
                 empty = [""] * (len(COMMON) + 1)
-                page.add_row(*empty, escape(must), found, mark(q.passed), "")
+                page.add_row(*empty, escape(must), f"{found}, {deviation}" if deviation else found, mark(q.passed), "")
         if verdict.error:
             page.add_row(name, escape(verdict.error), *[""] * len(COMMON), "", mark(False), seconds)
         page.add_section()

@@ -10,7 +10,8 @@ import numpy as np
 from knotfem.mesh.section import Section
 from knotfem.scene.model import Scene
 from knotfem.scene.steps import Driven
-from knotfem.verify.hard import hard_scene, mesh_of, quantities_of
+from knotfem.verify.hard import hard_case, hard_scene
+from knotfem.verify.hard_figures import figures_of
 from knotfem.verify.rehearsal import Passed, Rehearsal, force_curve
 from knotfem.verify.verdict import Case, Quantity
 
@@ -18,19 +19,20 @@ NAME = "invariance"
 Q = np.array([[0.36, 0.48, -0.80], [-0.80, 0.60, 0.0], [0.48, 0.64, 0.60]])
 """A rotation."""
 SHIFT = np.array([31.0, -17.0, 53.0])
-Other = Callable[[Callable[..., Scene], Rehearsal, np.ndarray], list[Passed]]
+Run = tuple[Rehearsal, list[Passed]]
+"""A rehearsal at its end, and its steps."""
+Other = Callable[[Callable[..., Scene], Rehearsal, np.ndarray], Run]
 """Runs the changed knot, from its scene with overrides, the first run and the tied positions."""
 MIRROR = np.diag([1.0, 1.0, -1.0])
 
 
 def cases(*, small: bool = False) -> list[Case]:
     """See `hard.hard_cases`."""
-    mesh = mesh_of(small)
+    scene = _scene(small)
     tight, loose = 1e-6, 0.05 if small else 0.01
 
     def case(variant: str, title: str, other: Other, limit: float):
-        measure = partial(_compare, other, limit, small)
-        return Case(NAME, measure, title, "hard cases", mesh, variant, slow=not small)
+        return hard_case(NAME, variant, title, partial(_compare, other, limit, small), scene, small=small)
 
     return [
         case("moved", "overhand turned and moved as a whole", _moved, tight),
@@ -54,14 +56,15 @@ def _unchanged(small: bool) -> tuple[Rehearsal, np.ndarray, list[Passed]]:
     return first, x, list(first.run(x))
 
 
-def _compare(other: Callable, limit: float, small: bool) -> Sequence[Quantity]:
+def _compare(other: Other, limit: float, small: bool) -> Sequence[Quantity]:
     first, x, passed = _unchanged(small)
+    changed, passed_changed = other(partial(_scene, small), first, x)
     displacement, force = force_curve(passed)
-    there, found = force_curve(other(partial(_scene, small), first, x))
+    there, found = force_curve(passed_changed)
     scale = float(np.abs(force).max())
     apart = float(np.abs(found - force).max()) / scale
     return [
-        *quantities_of(first, passed[-1]),
+        *figures_of(changed).quantities(before="3_1", after="3_1"),
         Quantity("same displacements, mm", float(np.abs(there - displacement).max()), 1e-9, kind="at most"),
         Quantity("largest difference of the force over the force", apart, limit, kind="at most"),
         Quantity("largest force, N", scale, 0.01, kind="at least"),
@@ -78,28 +81,28 @@ def _pulled_along(scene: Scene) -> np.ndarray:
     return np.array(end.direction)
 
 
-def _moved(scene: Callable[..., Scene], first: Rehearsal, x: np.ndarray) -> list[Passed]:
+def _moved(scene: Callable[..., Scene], first: Rehearsal, x: np.ndarray) -> Run:
     moved = Rehearsal(scene(_direction(Q @ _pulled_along(first.model.scene))))
-    return list(moved.run(x @ Q.T + SHIFT))
+    return moved, list(moved.run(x @ Q.T + SHIFT))
 
 
-def _mirrored(scene: Callable[..., Scene], first: Rehearsal, x: np.ndarray) -> list[Passed]:
+def _mirrored(scene: Callable[..., Scene], first: Rehearsal, x: np.ndarray) -> Run:
     section = first.model.body.rods[0].mesh.section
     twin = twins(section.points, section.points * [1.0, -1.0])
     mirrored = Rehearsal(scene(_direction(MIRROR @ _pulled_along(first.model.scene))))
     sections = x.reshape(-1, len(section.points), 3)
-    return list(mirrored.run((sections[:, twin] @ MIRROR).reshape(-1, 3)))
+    return mirrored, list(mirrored.run((sections[:, twin] @ MIRROR).reshape(-1, 3)))
 
 
-def _renumbered(scene: Callable[..., Scene], first: Rehearsal, x: np.ndarray) -> list[Passed]:
+def _renumbered(scene: Callable[..., Scene], first: Rehearsal, x: np.ndarray) -> Run:
     section = first.model.body.rods[0].mesh.section
     last = len(section.points) - 1
     reverse = Section(section.points[::-1].copy(), last - section.quads[::-1], last - section.axis, last - section.ring)
     renumbered = Rehearsal(scene(), reverse)
-    return list(renumbered.run(x.reshape(-1, last + 1, 3)[:, ::-1].reshape(-1, 3)))
+    return renumbered, list(renumbered.run(x.reshape(-1, last + 1, 3)[:, ::-1].reshape(-1, 3)))
 
 
-def _turned(scene: Callable[..., Scene], first: Rehearsal, x: np.ndarray) -> list[Passed]:
+def _turned(scene: Callable[..., Scene], first: Rehearsal, x: np.ndarray) -> Run:
     section = first.model.body.rods[0].mesh.section
     angle = np.pi / section.sides
     c, s = np.cos(angle), np.sin(angle)
@@ -107,7 +110,7 @@ def _turned(scene: Callable[..., Scene], first: Rehearsal, x: np.ndarray) -> lis
     turned = Rehearsal(scene(), Section(points, section.quads, section.axis, section.ring))
     tied = turned.tied()
     turned.forget()
-    return list(turned.run(tied))
+    return turned, list(turned.run(tied))
 
 
 def twins(points: np.ndarray, images: np.ndarray) -> np.ndarray:

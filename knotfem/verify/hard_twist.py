@@ -9,8 +9,10 @@ import numpy as np
 
 from knotfem.centerline.frames import tangents, twist_of, writhe
 from knotfem.run.build import RodBody
+from knotfem.scene import Scene
 from knotfem.scene.steps import Turned
-from knotfem.verify.hard import hard_scene, mesh_of, quantities_of
+from knotfem.verify.hard import hard_case, hard_scene
+from knotfem.verify.hard_figures import figures_of
 from knotfem.verify.rehearsal import Rehearsal
 from knotfem.verify.verdict import Case, Quantity
 
@@ -22,9 +24,13 @@ LINK = 0.01
 
 def cases(*, small: bool = False) -> list[Case]:
     """See `hard.hard_cases`."""
-    mesh = mesh_of(small)
+    short = (
+        "steps.1.ends.rod.end.turns=0.5", "steps.1.duration=1 s", "steps.2.displacement=1 mm",
+        "output.every_displacement=1 mm",
+    )  # fmt: skip
+    scene = hard_scene("twist", short if small else (), small=small)
     title = "turns of twist put in at an end before the pull"
-    return [Case("twist", partial(_twist, small), title, "hard cases", mesh, slow=not small)]
+    return [hard_case("twist", "", title, partial(_twist, scene), scene, small=small)]
 
 
 def link_of(rod: RodBody, x: np.ndarray) -> tuple[float, float]:
@@ -48,27 +54,20 @@ def link_of(rod: RodBody, x: np.ndarray) -> tuple[float, float]:
     return twist, writhe(np.vstack([centre[0] - far * t[0], centre, centre[-1] + far * t[-1]]))
 
 
-def _twist(small: bool) -> Sequence[Quantity]:
-    short = (
-        "steps.1.ends.rod.end.turns=0.5", "steps.1.duration=1 s", "steps.2.displacement=1 mm",
-        "output.every_displacement=1 mm",
-    )  # fmt: skip
-    scene = hard_scene("twist", short if small else (), small=small)
+def _twist(scene: Scene) -> Sequence[Quantity]:
     turn = scene.steps[1]
     end = turn.ends["rod"].end
     assert isinstance(end, Turned)
     rehearsal = Rehearsal(scene)
     rod = rehearsal.model.body.rods[0]
     links: dict[str, list[tuple[float, float]]] = {step.name: [] for step in scene.steps}
-    passed = None
     for passed in rehearsal.run(rehearsal.tied()):
         links[passed.step.name].append(link_of(rod, passed.x))
     relaxed, turned, pulled = (np.array(links[step.name]) for step in scene.steps)
-    assert passed is not None
     drift = float(np.abs(pulled.sum(axis=1) - turned[-1].sum()).max())
     added = float(turned[-1].sum() - relaxed[-1].sum())
     return [
-        *quantities_of(rehearsal, passed),
+        *figures_of(rehearsal).quantities(before="3_1", after="3_1"),
         Quantity("link put in, turns", added, float(end.turns), LINK, "absolute"),
         Quantity("drift of the link in the pull, turns", drift, LINK, kind="at most"),
         Quantity("twist at the end, turns", float(pulled[-1, 0]), 2.0 * abs(end.turns), kind="at most"),

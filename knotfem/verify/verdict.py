@@ -9,9 +9,16 @@ from typing import Any, Literal
 
 import numpy as np
 
-from knotfem.errors import InputError, KnotfemError
+from knotfem.errors import InputError, Interrupted, Stopped
 
-Kind = Literal["relative", "absolute", "at most", "at least", "equal"]
+Kind = Literal["relative", "absolute", "at most", "at least", "above", "equal"]
+LIMITS: dict[Kind, str] = {"at most": "<= ", "at least": ">= ", "above": "> "}
+"""Kinds whose expected value is a limit, and how it is shown."""
+COLUMNS = (
+    "case", "title", "quantity", "expected", "found", "deviation", "tolerance", "kind", "verdict", "source", "mesh",
+    "seconds",
+)  # fmt: skip
+"""Of the table of verdicts."""
 
 
 @dataclass(frozen=True)
@@ -21,7 +28,7 @@ class Quantity:
     Attributes:
         name: what it is, with its unit.
         found: measured.
-        expected: value or, for "at most" and "at least", limit.
+        expected: value or, for the kinds of `LIMITS`, limit.
         tolerance: largest deviation; unused for limits and "equal".
         kind: "relative" deviates by found / expected - 1, "absolute" by found - expected.
         condition: under which it was measured, such as a load or a mesh.
@@ -54,12 +61,14 @@ class Quantity:
             return self.deviation <= 0.0
         if self.kind == "at least":
             return self.deviation >= 0.0
+        if self.kind == "above":
+            return self.deviation > 0.0
         return abs(self.deviation) <= self.tolerance
 
     @property
     def shown(self) -> tuple[str, str, str]:
         """Expected, found and deviation as a person reads them."""
-        limit = {"at most": "<= ", "at least": ">= "}.get(self.kind, "")
+        limit = LIMITS.get(self.kind, "")
         deviation = ""
         if self.kind == "relative":
             deviation = f"{100.0 * self.deviation:+.2f} % of {100.0 * self.tolerance:g} %"
@@ -142,11 +151,17 @@ class Verdict:
 
 
 def judge(case: Case) -> Verdict:
-    """Run a case; an error that a user can meet is a verdict, any other is raised."""
+    """Run a case; an error is a verdict too.
+
+    Raises:
+        Stopped, Interrupted: a request to stop, which is none.
+    """
     began = time.perf_counter()
     try:
         quantities = tuple(case.measure())
-    except KnotfemError as error:
+    except (Stopped, Interrupted) as error:
+        raise type(error)(f"{case.name} was stopped before its end") from error
+    except Exception as error:
         return Verdict(case, seconds=time.perf_counter() - began, error=f"{type(error).__name__}: {error}")
     return Verdict(case, quantities, time.perf_counter() - began)
 
@@ -167,9 +182,9 @@ def select(cases: Sequence[Case], names: Iterable[str]) -> list[Case]:
 
 
 def table(verdicts: Iterable[Verdict]) -> Mapping[str, np.ndarray]:
-    """Columns of all records, shape [rows], for `run.tables.write_table`."""
+    """The `COLUMNS` of all records, shape [rows], for `run.tables.write_table`."""
     rows = [row for verdict in verdicts for row in verdict.rows()]
-    return {name: np.array([row[name] for row in rows], dtype=object) for name in (rows[0] if rows else ())}
+    return {name: np.array([row[name] for row in rows], dtype=object) for name in COLUMNS}
 
 
 def _figure(value: float | str | bool) -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from knotfem.errors import NotConverged
+from knotfem.errors import Interrupted, KnotfemError, NotConverged, Stopped
 from knotfem.verify import hard, suite
 from knotfem.verify.verdict import Case, Quantity
 from knotfem_cli.verify import verify
@@ -82,6 +82,30 @@ def test_json_and_csv_hold_the_same(tmp_path: Path) -> None:
     assert [row["case"] for row in rows] == ["one:a", "one:a", "one:b", "two"]
     assert float(rows[0]["found"]) == lines[0]["found"] == 1.004
     assert "no balance" in rows[3]["quantity"]
+
+
+@pytest.mark.parametrize(("kind", "code"), [(Interrupted, 130), (Stopped, 75)])
+def test_a_stopped_suite_keeps_the_verdicts_before(
+    kind: type[KnotfemError], code: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def stops() -> list[Quantity]:
+        raise kind("go on with knotfem resume")
+
+    cases = [Case("one", right, "right", "a book"), Case("two", stops, "", ""), Case("three", right, "", "")]
+    monkeypatch.setattr(suite, "closed_forms", lambda: cases)
+    result = CliRunner().invoke(verify, ["-o", str(tmp_path / "table.csv")])
+    assert result.exit_code == code
+    assert "two was stopped before its end" in result.output
+    assert "1 cases, 0 failed" in result.output
+    assert "resume" not in result.output
+    with (tmp_path / "table.csv").open() as file:
+        assert [row["case"] for row in csv.DictReader(file)] == ["one", "one"]
+
+
+def test_a_table_that_cannot_be_written_is_said_before_a_case_runs(tmp_path: Path) -> None:
+    result = CliRunner().invoke(verify, ["-o", str(tmp_path / "missing" / "table.csv")])
+    assert result.exit_code == 3
+    assert "one:a" not in result.output
 
 
 def test_settings_are_fixed() -> None:

@@ -2,21 +2,32 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 from specimens import make_rod
 
 from knotfem import shipped
+from knotfem.errors import Interrupted, KnotfemError, MissingDependency, NotConverged, Stopped
+from knotfem.run import driver
 from knotfem.run.build import build_body
-from knotfem.scene import load_scene
-from knotfem.verify.hard import Outcome, hard_cases
+from knotfem.run.directory import RunDirectory
+from knotfem.scene import Scene, load_scene
+from knotfem.scene.steps import Relax
+from knotfem.verify import hard_input, hard_steps
+from knotfem.verify.hard import Outcome, hard_cases, hard_scene, run
 from knotfem.verify.hard_display import COMMON, runs, show
-from knotfem.verify.hard_input import random_curve
+from knotfem.verify.hard_figures import figures_of
+from knotfem.verify.hard_input import random_curve, tie_random
 from knotfem.verify.hard_invariance import twins
-from knotfem.verify.hard_knots import capstan_exponent, roughness
+from knotfem.verify.hard_knots import capstan_exponent, contacts
+from knotfem.verify.hard_pressure import roughness, roughness_across
 from knotfem.verify.hard_steps import force_error
 from knotfem.verify.hard_twist import link_of
-from knotfem.verify.verdict import Case, Quantity, Verdict, judge
+from knotfem.verify.rehearsal import Rehearsal
+from knotfem.verify.verdict import Case, Quantity, Verdict, judge, select
 
 ROWS = {
     "frictionless", "rough", "bulk", "core", "soft", "stiff", "slip", "end", "overlap", "twist", "hold", "cycles",
@@ -57,6 +68,23 @@ def test_roughness_tells_a_checkerboard_from_a_slope() -> None:
     assert roughness(slope) < 1e-9
     assert roughness(checkerboard) == pytest.approx(2.0, rel=1e-3)
     assert roughness(slope + 0.3 * checkerboard) > 1.0
+
+
+@pytest.mark.parametrize("elements", [4, 12])
+def test_roughness_tells_a_checkerboard_across_the_section_from_a_slope(elements: int) -> None:
+    section = make_rod(12.0, 2, section=elements).mesh.section
+    x, y = section.points[section.quads[:, :4]].mean(axis=1).T
+    slope, checkerboard = (np.tile(p, (41, 1))[:, :, None] for p in (1.0 + 2.0 * x - y, np.sign(x * y)))
+    assert roughness(checkerboard) < 1e-9
+    assert roughness_across(slope, section) < 1e-9
+    assert roughness_across(checkerboard, section) > 0.5
+    assert roughness_across(slope + 0.5 * checkerboard, section) > 0.1
+
+
+def test_roughness_across_of_alternating_quads() -> None:
+    section = make_rod(12.0, 2, section=4).mesh.section
+    x, y = section.points[section.quads[:, :4]].mean(axis=1).T
+    assert roughness_across(np.tile(np.sign(x * y), (5, 1))[:, :, None], section) == pytest.approx(2.0)
 
 
 @pytest.mark.parametrize("turns", [0.7, -2.25])
@@ -116,11 +144,11 @@ def test_random_curves_repeat_and_some_are_closed() -> None:
     assert sum(random_curve(seed)[1] for seed in range(20)) == 5
 
 
-def outcome(displacement: list[float], force: list[float]) -> Outcome:
+def outcome(displacement: list[float], force: list[float], ended: str = "yes") -> Outcome:
     columns = {"displacement_mm": np.array(displacement), "force_N": np.array(force)}
     columns["step"] = np.array(["pull"] * len(force))
     scene = load_scene("overhand")
-    return Outcome(scene, "yes", 10, 40, 1, 0.9, 0.01, "3_1", "3_1", 0.0, 1.0, columns, {}, [])
+    return Outcome(ended, 10, 1, 0.9, 0.01, "3_1", "3_1", 0.0, scene, 40, columns, {}, [])
 
 
 def test_error_of_a_force_curve() -> None:
@@ -142,3 +170,90 @@ def test_outcome_is_judged_by_its_figures(capsys) -> None:
     assert "FAIL" in text
     assert "2 cases, 2 failed" in text
     assert "NotConverged" in text
+
+
+def test_what_was_not_measured_and_what_may_deviate_is_shown(capsys) -> None:
+    at_rest = replace(outcome([1.0], [1.0]), energy_error=None)
+    show([Verdict(Case("overlap", lambda: [], "", ""), (*at_rest.quantities(), Quantity("gap", 0.5, 0.6, 0.25)))])
+    row = next(line for line in capsys.readouterr().out.splitlines() if "3_1" in line)
+    assert [cell.strip() for cell in row.split("│")][6:9] == ["3_1", "3_1", "-"]
+    show([Verdict(Case("overlap", lambda: [], "", ""), (Quantity("gap", 0.5, 0.6, 0.25),))])
+    assert "-16.67 % of 25 %" in capsys.readouterr().out
+
+
+def test_mesh_is_that_of_the_scene() -> None:
+    meshes = {case.name: case.mesh for case in hard_cases()}
+    assert meshes["hold"] == "4 hexes a section, h = 5 mm"
+    assert meshes["overlap:smoothed"] == meshes["frictionless:overhand"] == "12 hexes a section, h = 2.5 mm"
+
+
+def fails_at_once(scene: Scene, directory: RunDirectory) -> None:
+    """A run that gives up before it has a row of force."""
+    directory.write_summary(
+        {"steps": 0, "newton_iterations": 0, "cutbacks": 9, "min_jacobian": 1.0, "max_penetration_over_d": 0.0}
+    )  # fmt: skip
+    (directory.path / "log.jsonl").touch()
+    raise NotConverged("gave up")
+
+
+@pytest.mark.parametrize("name", ["frictionless:overhand", "rough:capstan", "slip", "hold", "cycles"])
+def test_a_run_that_fails_at_once_is_shown_to_have_failed(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(driver, "pull", fails_at_once)
+    (case,) = select(hard_cases(small=True), [name])
+    verdict = judge(case)
+    assert not verdict.error
+    assert [q.found for q in verdict.quantities if q.name == "finished"] == ["NotConverged: gave up"]
+    assert not verdict.passed
+
+
+@pytest.mark.parametrize("kind", [Interrupted, Stopped, MissingDependency])
+def test_only_a_run_that_gave_up_or_lost_its_knot_says_so(
+    kind: type[KnotfemError], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def ends(scene: Scene, directory: RunDirectory) -> None:
+        raise kind("ended")
+
+    monkeypatch.setattr(driver, "pull", ends)
+    with pytest.raises(kind):
+        run(load_scene("overhand"))
+
+
+@pytest.mark.parametrize("kind", [Interrupted, Stopped])
+def test_random_curves_heed_a_request_to_stop(
+    kind: type[KnotfemError], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def ends(scene: Scene, directory: RunDirectory) -> None:
+        raise kind("asked to stop")
+
+    monkeypatch.setattr(driver, "tie", ends)
+    with pytest.raises(kind):
+        tie_random(1, tmp_path)
+    if kind is Stopped:
+        monkeypatch.setattr(hard_input, "LONGEST", 1e-9)
+        assert tie_random(2, tmp_path) == "hung"
+
+
+def test_settings_may_fail_if_they_say_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    usual, failed = outcome([1.0], [1.0]), outcome([], [], ended="NotConverged: gave up")
+    monkeypatch.setattr(hard_steps, "_usual", lambda small: usual)
+    monkeypatch.setattr(hard_steps, "run", lambda scene: failed)
+    (case,) = select(hard_cases(small=True), ["settings:loose-tolerance"])
+    assert judge(case).passed
+    monkeypatch.setattr(hard_steps, "_usual", lambda small: failed)
+    assert not judge(case).passed
+
+
+def test_contact_at_points_is_contact() -> None:
+    found = replace(outcome([1.0], [1.0]), force={"contacts": np.array([0.0])})
+    assert [q.passed for q in contacts(found)] == [False, True]
+    found = replace(found, force={"contacts": np.array([84.0])})
+    assert [q.passed for q in contacts(found)] == [True, True]
+
+
+def test_rehearsal_keeps_the_worst_and_names_the_knot() -> None:
+    rehearsal = Rehearsal(hard_scene("overhand-core-6e4", ("steps.1.displacement=0.2 mm",), small=True))
+    seen = [passed for passed in rehearsal.run(rehearsal.tied()) if not isinstance(passed.step, Relax)]
+    figures = figures_of(rehearsal)
+    assert (figures.before, figures.after) == ("3_1", "3_1")
+    assert figures.energy_error == pytest.approx(max(abs(p.missing) for p in seen) / rehearsal.turned_over)
+    assert rehearsal.turned_over > 0.0

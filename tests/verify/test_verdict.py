@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from knotfem.errors import InputError, NotConverged
+from knotfem.errors import InputError, Interrupted, KnotfemError, NotConverged, Stopped
 from knotfem.verify.suite import closed_forms
 from knotfem.verify.verdict import Case, Quantity, Verdict, judge, select, table
 
@@ -20,6 +20,8 @@ from knotfem.verify.verdict import Case, Quantity, Verdict, judge, select, table
         (Quantity("", 2.0, 2.0, kind="at most"), True),
         (Quantity("", 2.1, 2.0, kind="at most"), False),
         (Quantity("", 1.9, 2.0, kind="at least"), False),
+        (Quantity("", 1e-9, 0.0, kind="above"), True),
+        (Quantity("", 0.0, 0.0, kind="above"), False),
         (Quantity("", "3_1", "3_1", kind="equal"), True),
         (Quantity("", "4_1", "3_1", kind="equal"), False),
         (Quantity("", math.nan, 1.0, 0.01), False),
@@ -46,9 +48,19 @@ def test_errors_a_user_can_meet_are_verdicts() -> None:
     assert [row["verdict"] for row in verdict.rows()] == ["FAIL"]
 
 
-def test_other_errors_are_raised() -> None:
-    with pytest.raises(ZeroDivisionError):
-        judge(Case("a", lambda: [Quantity("", 1 / 0, 1.0)], "", ""))
+def test_any_other_error_is_a_verdict_too() -> None:
+    verdict = judge(Case("a", lambda: [Quantity("", 1 / 0, 1.0)], "", ""))
+    assert not verdict.passed
+    assert verdict.error == "ZeroDivisionError: division by zero"
+
+
+@pytest.mark.parametrize("kind", [Stopped, Interrupted])
+def test_a_request_to_stop_is_no_verdict(kind: type[KnotfemError]) -> None:
+    def stops() -> list[Quantity]:
+        raise kind("a checkpoint is written")
+
+    with pytest.raises(kind, match="a:x was stopped before its end"):
+        judge(Case("a", stops, "", "", variant="x"))
 
 
 def test_selection_keeps_the_order_of_the_suite() -> None:
@@ -57,6 +69,12 @@ def test_selection_keeps_the_order_of_the_suite() -> None:
     assert select(cases, []) == cases
     with pytest.raises(InputError, match="no such case; found c; expected a, b"):
         select(cases, ["c"])
+
+
+def test_table_without_rows_has_its_columns() -> None:
+    columns = table([])
+    assert list(columns)[:3] == ["case", "title", "quantity"]
+    assert {len(column) for column in columns.values()} == {0}
 
 
 def test_table_has_a_row_a_figure() -> None:
