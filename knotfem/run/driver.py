@@ -76,12 +76,13 @@ def _drive(scene: Scene, run: RunDirectory, goal: str, progress: Progress | None
 def _record(error: BaseException, run: RunDirectory, goal: str, driver: Driver | None, provenance: Provenance) -> None:
     """Write what ended a session; what fails meanwhile (the disk may be full) must not hide it."""
     state = "stopped" if isinstance(error, Stopped | Interrupted) else "failed"
-    reason = str(error) if isinstance(error, KnotfemError) else repr(error)
+    reason, code = (str(error), error.exit_code) if isinstance(error, KnotfemError) else (repr(error), 1)
     if driver is not None:
         with suppress(Exception):
             driver.finish()
     with suppress(Exception):
-        run.write_status(state, goal=goal, reason=reason, **(driver.where() if driver is not None else {}))
+        where = driver.where() if driver is not None else {}
+        run.write_status(state, goal=goal, reason=reason, exit_code=code, **where)
     with suppress(Exception):
         provenance.finish(f"{state}: {reason}")
 

@@ -66,6 +66,6 @@ def test_a_slippery_sheet_bend_ends_the_run(tmp_path):
     run = RunDirectory.create(scene, tmp_path / "run")
     with pytest.raises(KnotLost, match="hitch and bight have come apart"):
         driver.pull(scene, run)
-    assert run.read_status()["state"] == "failed"
+    assert (run.read_status()["state"], run.read_status()["exit_code"]) == ("failed", KnotLost.exit_code)
     assert set(run.read_summary()["knot_before"]["hitch"]["laced"]) == {"bight"}
     assert np.isfinite(run.read_summary()["final_force_N"])
