@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import json
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from types import FrameType
 from typing import TYPE_CHECKING
 
 import click
 
+from knotfem.errors import InputError, Stopped
 from knotfem_cli.common import Verb, output_option, shared_options
 
 if TYPE_CHECKING:
@@ -43,7 +48,6 @@ def verify(
       knotfem verify --hard --small
       knotfem verify --hard --only rough:overhand
     """
-    from knotfem.errors import InputError
     from knotfem.verify.verdict import judge, select
 
     if overrides:
@@ -58,7 +62,8 @@ def verify(
         for number, case in enumerate(cases, start=1):
             if told:
                 click.echo(f"{number}/{len(cases)} {case.name}: {case.title}", err=True)
-            verdicts.append(judge(case))
+            with _heeding_sigterm():
+                verdicts.append(judge(case))
             _write(output, verdicts)
             if log_format == "json":
                 for row in verdicts[-1].rows():
@@ -78,6 +83,20 @@ def _cases(hard: bool, small: bool) -> list[Case]:
     from knotfem.verify.suite import closed_forms
 
     return closed_forms()
+
+
+@contextmanager
+def _heeding_sigterm() -> Iterator[None]:
+    """SIGTERM stops a case wherever it is; a run that can end in order takes the signal over."""
+
+    def stop(number: int, frame: FrameType | None) -> None:
+        raise Stopped("asked to stop")
+
+    before = signal.signal(signal.SIGTERM, stop)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def _write(output: Path | None, verdicts: list[Verdict]) -> None:

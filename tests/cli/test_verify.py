@@ -2,6 +2,8 @@
 
 import csv
 import json
+import os
+import signal
 from pathlib import Path
 
 import pytest
@@ -100,6 +102,22 @@ def test_a_stopped_suite_keeps_the_verdicts_before(
     assert "resume" not in result.output
     with (tmp_path / "table.csv").open() as file:
         assert [row["case"] for row in csv.DictReader(file)] == ["one", "one"]
+
+
+def test_sigterm_ends_the_suite_wherever_a_case_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    def computes() -> list[Quantity]:
+        os.kill(os.getpid(), signal.SIGTERM)
+        return right()
+
+    before = signal.getsignal(signal.SIGTERM)
+    monkeypatch.setattr(suite, "closed_forms", lambda: [Case("one", computes, "", ""), Case("two", right, "", "")])
+    try:
+        result = CliRunner().invoke(verify, [])
+        assert signal.getsignal(signal.SIGTERM) is before
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert result.exit_code == 75
+    assert "one was stopped before its end" in result.output
 
 
 def test_a_table_that_cannot_be_written_is_said_before_a_case_runs(tmp_path: Path) -> None:
