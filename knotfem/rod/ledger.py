@@ -52,8 +52,8 @@ class Energies:
 class Ledger:
     """Keeps the account of a system's steps.
 
-    `numerical` is the rest that closes the account: what an implicit step damps, plus the error of taking works by
-    the trapezoidal rule.
+    Works are taken by the trapezoidal rule: of supports, clamps and loads; of friction, less what its springs keep; of
+    drag. `numerical` is the rest that closes the account: what an implicit step damps, plus the error of that rule.
 
     Attributes:
         energies: as of the last booked step.
@@ -71,8 +71,14 @@ class Ledger:
     _couples: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)), init=False)
 
     def open(self, system: System, frames: Frames, x: np.ndarray, v: np.ndarray, time: float) -> None:
-        """A phase is about to march from x, shape [nodes, 4]; sums go on."""
+        """A phase is about to march from x, shape [nodes, 4]; sums go on.
+
+        What the hinge of a clamp stored that is let go is lost: the time integration takes it.
+        """
+        stored, begun = self.energies.stored, bool(self._before)
         self._store(system, x, v)
+        if begun:
+            self.energies.numerical += stored - self.energies.stored
         self._before = {}
         here = StepStart(Motion(x, v, np.zeros_like(v), time), 0.0)
         for effect in system.effects:
@@ -86,21 +92,22 @@ class Ledger:
         e = self.energies
         stored = e.stored
         forces, couples = system.forces(x), clamp_couples(system, frames, x)
-        before, before_couples = self._before, self._couples
-        dx = x - start.motion.x
-        total_before, total = sum(before.values()), sum(forces.values())
-        assert isinstance(total, np.ndarray)
-        assert isinstance(total_before, np.ndarray)
-        work = 0.5 * float(np.sum(np.where(system.fixed, total_before + total, 0.0) * dx))
-        if "load" in forces:
-            work -= 0.5 * float(np.sum((before["load"] + forces["load"]) * dx))
+        dx, nothing, before_couples = x - start.motion.x, np.zeros_like(x), self._couples
+        before = {**forces, **self._before}
+
+        def trapezoidal(name: str) -> float:
+            return 0.5 * float(np.sum((before[name] + forces[name]) * dx)) if name in forces else 0.0
+
+        both = sum(before.values(), nothing) + sum(forces.values(), nothing)
+        work = 0.5 * float(np.sum(np.where(system.fixed, both, 0.0) * dx)) - trapezoidal("load")
         for c, clamp in enumerate(frames.clamps):
             turn = rotation_between(clamp.orientation(start.motion.time), clamp.orientation(start.end))
             work += 0.5 * float((before_couples[c] + couples[c]) @ turn)
-        self.friction_step = sum(effect.dissipated for name in RUBBING for effect in _named(system, name))
-        self.drag_step = float(np.sum(forces["drag"] * dx)) if "drag" in forces else 0.0
+        springs = e.springs
+        self.drag_step = trapezoidal("drag")
         self.damping_step = sum(effect.dissipated for effect in _named(system, INTERNAL_DAMPING))
         self._store(system, x, v)
+        self.friction_step = sum(trapezoidal(name) for name in RUBBING) - (e.springs - springs)
         taken = self.friction_step + self.drag_step + self.damping_step
         self.numerical_step = work - (e.stored - stored) - taken
         e.work += work

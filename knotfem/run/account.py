@@ -12,6 +12,8 @@ from knotfem.run.simulation import Simulation
 from knotfem.solver.effect import StepStart
 from knotfem.solver.newton import out_of_balance
 
+Forces = dict[str, np.ndarray]
+"""Residual of each effect by name."""
 EXTERNAL = ("gravity", "cylinder", "cylinder friction", "load", *REGISTERED)
 """Effects whose forces come from outside the rods, besides the supports; the viscous ones are counted apart."""
 
@@ -114,11 +116,9 @@ class Account:
         return self._balance(step, forces, sum(forces.values(), np.zeros_like(x)), x, origin)
 
     def _book(self, step: StepSystem, start: StepStart, x: np.ndarray, v: np.ndarray) -> dict[str, np.ndarray]:
-        """Book works and energies; returns the residual of each effect.
+        """Book works, all by the trapezoidal rule, and energies; returns the residual of each effect.
 
-        All works are by the trapezoidal rule. The scheme balances inertia against forces weighted otherwise, at the end
-        of the step in backward Euler; the work of the difference is what the time integration takes, at an end that was
-        let go too. Loads and resistances have no value where a scene's step begins: that after a first step is taken.
+        Loads and resistances have no value where a scene's step begins: that after a first step is taken.
         """
         system, e = step.system, self.energies
         forces = system.forces(x)
@@ -141,13 +141,27 @@ class Account:
             if effect.viscous:
                 e.taken_by[effect.name] = e.taken_by.get(effect.name, 0.0) + work(effect.name)
         self._store(x, v)
-        inertia, inertia_before = (f.get("inertia", nothing) for f in (forces, before))
-        others = (total - inertia) - (total_before - inertia_before)
-        mean = 0.5 * (inertia + inertia_before)
-        balancing = np.where(fixed, mean, inertia + (0.5 - self.model.scheme.alpha_f) * others)
-        e.numerical += float(np.sum(balancing * dx)) - (e.kinetic - kinetic)
+        e.numerical += self._inertial_work(before, forces, fixed, dx) - (e.kinetic - kinetic)
         self._forces = forces
         return forces
+
+    def _inertial_work(self, before: Forces, after: Forces, fixed: np.ndarray, dx: np.ndarray) -> float:
+        """Work on inertia in a step [N mm]; what exceeds the gain in kinetic energy the time integration takes.
+
+        The scheme balances inertia against forces that it weighs otherwise than the trapezoidal rule of all works:
+        backward Euler those at the end of the step. The work of the difference counts here, also at an end let go.
+
+        Args:
+            before: residual of each effect at the start of the step, by name.
+            after: the same at its end.
+            fixed: prescribed unknowns, shape of dx.
+            dx: what the step has moved.
+        """
+        nothing = np.zeros_like(dx)
+        start, end = (f.get("inertia", nothing) for f in (before, after))
+        others = sum(after.values(), nothing) - end - (sum(before.values(), nothing) - start)
+        balancing = np.where(fixed, 0.5 * (start + end), end + (0.5 - self.model.scheme.alpha_f) * others)
+        return float(np.sum(balancing * dx))
 
     def _static_forces(self, x: np.ndarray) -> dict[str, np.ndarray]:
         """Residuals that depend on positions alone, by name, shapes [nodes, 3]."""

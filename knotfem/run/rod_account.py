@@ -23,22 +23,26 @@ class RodAccount(Account):
         if anew:
             sums = self._rod.ledger.energies
             sums.work = sums.friction = sums.drag = sums.damping = sums.numerical = 0.0
+        stored = self.energies.stored
         super().open(x, v, anew=anew)
+        if not anew:
+            self._store(x, v)
+            self.energies.numerical += stored - self.energies.stored
 
     def _book(self, step: StepSystem, start: StepStart, x: np.ndarray, v: np.ndarray) -> dict[str, np.ndarray]:
         ledger, e = self._rod.ledger, self.energies
         before = ledger.forces
         ledger.book(step.system, self._rod.frames, start, x, v)
         forces, sums = ledger.forces, ledger.energies
+        before = {**forces, **before}
         e.turnover += abs(sums.work - e.work)
         e.work, e.friction, e.drag = sums.work, sums.friction, sums.drag
         if step.system.effect(INTERNAL_DAMPING):
             e.taken_by[INTERNAL_DAMPING] = sums.damping
         kinetic = e.kinetic
         self._store(x, v)
-        if "inertia" in forces:
-            mean = 0.5 * (before.get("inertia", forces["inertia"]) + forces["inertia"])
-            e.numerical += float(np.sum(mean * (x - start.motion.x))) - (e.kinetic - kinetic)
+        dx = x - start.motion.x
+        e.numerical += self._inertial_work(before, forces, step.system.fixed, dx) - (e.kinetic - kinetic)
         return forces
 
     def _static_forces(self, x: np.ndarray) -> dict[str, np.ndarray]:

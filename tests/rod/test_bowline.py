@@ -42,7 +42,7 @@ def test_pulled_until_it_locks():
     for _ in range(3):
         taken = np.array(march(model, 33.0 / 4.0))
         forces.append(model.reaction(0, "start") @ UP)
-        assert taken[:, 0].min() >= 0.0
+        assert taken[:, 0].min() > -1e-7 * model.ledger.energies.work
         assert taken[:, 1].min() > -1e-4 * model.ledger.energies.work
     assert knot_type(model.centreline()).name == kind
     assert forces[1] / forces[0] < 2.0
