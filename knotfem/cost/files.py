@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -58,23 +59,18 @@ def plot(study: Study, out: Path) -> None:
     """Draw the error in the main quantity against CPU seconds, ladder by ladder, the Pareto front marked."""
     from knotfem.report.pareto import plot_pareto
 
-    def points(entries, error) -> list[tuple[float, float]]:
-        found = [(entry.cpu["total"], error(entry)) for entry in entries if entry.done]
+    def points(entries: Sequence[Measured]) -> list[tuple[float, float]]:
+        found = [(entry.cpu["total"], study.error(entry, study.main)) for entry in entries if entry.done]
         return [(cpu, error) for cpu, error in found if error > 0.0]
 
-    def found_error(entry: Measured) -> float:
-        return study.error(entry, study.main)
-
     ladders = {
-        name: points(
-            falling(entries) if name in SIZED else [entry for entry in entries if entry.rung.ladder == name],
-            found_error,
-        )
+        name: points(falling(entries) if name in SIZED else [entry for entry in entries if entry.rung.ladder == name])
         for name, entries in study.ladders.items()
     }
+    front = [(*point, study.trusted(entry)) for entry in study.front for point in points([entry])]
     plot_pareto(
         ladders,
-        points(study.front, study.trusted),
+        front,
         out,
         label=LABELS[study.main],
         uncertainty=study.references[study.main][0].uncertainty if study.bounded else 0.0,

@@ -85,10 +85,7 @@ class Study:
         Errors of opposite sign can cancel in a coarse rung, which says nothing of another scene. NaN for a rung that
         is not done, and without a reference.
         """
-        if entry.scene is None:
-            return float("nan")
-        finer = [one for one in self.measured if one.scene is not None and refines(one.scene, entry.scene)]
-        return max(self.error(one, self.main) for one in finer)
+        return max((self.error(one, self.main) for one in _finer(self.measured, entry)), default=float("nan"))
 
     def bound(self, entry: Measured) -> float:
         """Trusted error in the main quantity with the reference's own uncertainty; NaN where there is none."""
@@ -222,15 +219,20 @@ def _options(study: Study, ladder: str) -> list[Option]:
     limit, scale = study.own_limit(ladder, study.main), study.references[study.main][0].scale
     assert limit is not None, "the ladder has a limit"
     reference = Reference(limit.value, scale, limit.uncertainty / scale, "")
+    done = [entry for entry in study.ladders[ladder] if entry.done]
+
+    def trusted(entry: Measured) -> float:
+        return max(reference.error(one.quantities[study.main]) for one in _finer(done, entry))
+
     return [
-        Option(
-            entry.rung,
-            reference.error(entry.quantities[study.main]) + reference.uncertainty,
-            entry.cpu["total"] / study.base.cpu["total"],
-        )
-        for entry in study.ladders[ladder]
-        if entry.done
+        Option(entry.rung, trusted(entry) + reference.uncertainty, entry.cpu["total"] / study.base.cpu["total"])
+        for entry in done
     ]
+
+
+def _finer(measured: Sequence[Measured], coarse: Measured) -> list[Measured]:
+    """Those that refine a rung, itself among them; none of one that is not done."""
+    return [one for one in measured if one.scene and coarse.scene and refines(one.scene, coarse.scene)]
 
 
 def _sized(name: str, rungs: list[Measured]) -> list[Measured]:

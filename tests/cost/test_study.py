@@ -10,7 +10,7 @@ from manufactured import LAW, TRUE_BENT, TRUE_FORCE, cpu_of, error_of, write_lad
 
 from knotfem.cost import files, records, tables
 from knotfem.cost.ladders import SIZED, Rung
-from knotfem.cost.study import run_study
+from knotfem.cost.study import chosen, run_study
 from knotfem.errors import InputError, KnotLost, NotConverged
 from knotfem.run.directory import RunDirectory
 from knotfem.run.tables import read_table
@@ -102,6 +102,22 @@ def test_luck_is_not_trusted(study):
     changed = replace(study, measured=lucky)
     assert changed.error(coarse, "force") == 0.0
     assert changed.trusted(coarse) >= changed.error(study.base, "force") > 0.0
+
+
+def test_luck_is_not_combined(study):
+    """An element whose coarse mesh happens upon the limit is an option with the error of its finer mesh."""
+    limit = study.own_limit("element", "force").value
+    ladders = {
+        **study.ladders,
+        "element": [
+            replace(entry, quantities={**entry.quantities, "force": limit})
+            if entry.rung.name == "element-hex8-4-x2"
+            else entry
+            for entry in study.ladders["element"]
+        ],
+    }
+    names = [rung.name for rung in chosen(replace(study, ladders=ladders))]
+    assert not any("element-hex8-4-x2" in name for name in names)
 
 
 def test_files(study, folder, tmp_path):

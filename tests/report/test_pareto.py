@@ -6,7 +6,7 @@ from knotfem.errors import InputError
 from knotfem.report.pareto import plot_pareto
 
 
-@pytest.mark.parametrize("front", [[(1.0, 0.1), (4.0, 0.02)], []])
+@pytest.mark.parametrize("front", [[(1.0, 0.1, 0.1), (4.0, 0.02, 0.05)], []])
 def test_picture(tmp_path, front):
     out = tmp_path / "cost.png"
     ladders = {"slice": [(1.0, 0.1), (2.0, 0.05), (4.0, 0.02)], "step": []}
