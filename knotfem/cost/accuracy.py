@@ -9,6 +9,7 @@ from pathlib import Path
 
 from knotfem.cost.likeness import class_of, frictions_of, softest, thinnest, window_of
 from knotfem.cost.records import Record, Setting, stored
+from knotfem.cost.tables import duration
 from knotfem.errors import InputError
 from knotfem.scene.load import load_scene
 from knotfem.scene.model import Scene
@@ -131,12 +132,13 @@ def accurate_overrides(source: str, overrides: Sequence[str], accuracy: str) -> 
 
 def _says(scene: Scene, target: float, record: Record, setting: Setting) -> str:
     extrapolated = _differences(scene, record)
+    window = f" for a pull of {record.window:.3g} d" if record.window else ""
     return (
         f"{target:.2%} in the {record.quantity}: settings of {setting.rung} ({', '.join(_figures(scene, setting))}), "
         f"measured on {record.scene} against the reference of the model {record.model} "
         f"({record.date}, knotfem {record.version}): error {setting.error:.2%} +- {setting.uncertainty:.2%}, "
-        f"{setting.wall_s / 60.0:.1f} min there ({record.machine.get('processor', 'another machine')}, "
-        f"{record.machine.get('processors', 1)} processors) for a pull of {record.window:.3g} d"
+        f"{duration(setting.wall_s)} there ({record.machine.get('processor', 'another machine')}, "
+        f"{record.machine.get('processors', 1)} processors){window}"
         + (f"; an extrapolation: {', '.join(extrapolated)}" if extrapolated else "")
     )
 

@@ -74,7 +74,7 @@ def recommendations(study: Study) -> list[str]:
             continue
         uncertainty = study.references[study.main][0].uncertainty
         error = f"error {_percent(study.trusted(entry))} +- {_percent(uncertainty)} %"
-        cost = f"{_duration(entry.wall['total'])} here ({_duration(entry.cpu['total'])} of CPU time)"
+        cost = f"{duration(entry.wall['total'])} here ({duration(entry.cpu['total'])} of CPU time)"
         lines.append(f"{target:.0%} in the {label}: {entry.rung.name} ({entry.rung.setting}), {error}, about {cost}")
     return [*lines, *_missing(study)]
 
@@ -105,7 +105,7 @@ def _errors(study: Study) -> RenderableType:
         if entry.done:
             errors = [_percent(study.error(entry, name)) for name in names]
             own, trusted = _percent(study.own_error(entry, study.main)), _percent(study.trusted(entry))
-            cpu = _duration(entry.cpu["total"])
+            cpu = duration(entry.cpu["total"])
             table.add_row(mark, entry.rung.name, entry.rung.setting, *errors, own, trusted, cpu)
         elif entry.outcome.state != "left out":
             table.add_row(mark, entry.rung.name, _why(entry))
@@ -170,7 +170,8 @@ def _percent(share: float) -> str:
     return "" if not np.isfinite(share) else f"{100.0 * share:.2g}"
 
 
-def _duration(seconds: float) -> str:
+def duration(seconds: float) -> str:
+    """Seconds or minutes, for people."""
     return f"{seconds:.0f} s" if seconds < 120.0 else f"{seconds / 60.0:.0f} min"
 
 

@@ -116,7 +116,7 @@ def test_settings_are_applied_and_recorded():
         "slices of 0.167 d, step 0.5 d, penalty 48, tolerance 1.026e-05 N), "
         "measured on bowline against the reference of the model fem"
     )
-    assert "error 0.60% +- 0.50%, 1.0 min there (Model T, 2 processors)" in says
+    assert "error 0.60% +- 0.50%, 60 s there (Model T, 2 processors) for a pull of 16.5 d" in says
 
 
 def test_extrapolations_are_said():
