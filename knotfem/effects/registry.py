@@ -23,6 +23,10 @@ REGISTERED = {
     "viscous_drag": "knotfem.effects.viscous",
 }
 """Module of each effect by its name, which is also its table's."""
+ON_RODS = {
+    "viscous_drag": "knotfem.rod.viscous",
+}
+"""Module of its counterpart in the rod model, whose `make` takes settings, layout and scheme, where there is one."""
 INTERNAL_DAMPING = "internal damping"
 """Of the rod model's materials."""
 BOOKED_BY_NAME = (*REGISTERED, INTERNAL_DAMPING)

@@ -71,7 +71,7 @@ class ViscousDrag(Effect):
 
     def begin(self, start: StepStart) -> None:
         self._start = start
-        x = start.motion.x
+        x = start.motion.x[:, :3]
         t = x[self.edges[:, 1]] - x[self.edges[:, 0]]
         t /= np.linalg.norm(t, axis=1)[:, None]
         along = np.einsum("ki,kj->kij", t, t)
@@ -83,16 +83,19 @@ class ViscousDrag(Effect):
 
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
         assert self._start is not None, "begin before assemble"
-        residual[self.nodes] += np.einsum("nij,nj->ni", self._resistance, self._velocity(x, self._start))
+        residual[self.nodes, :3] += np.einsum("nij,nj->ni", self._resistance, self._velocity(x, self._start))
         if matrix is None:
             return True
-        p, rate = matrix.pattern, self.scheme.velocity_rate(self._start.dt)
-        return add_node_blocks(self.nodes, rate * self._resistance, p.node_ptr, p.node_adj, p.upper, matrix.data)
+        return self._add(self.scheme.velocity_rate(self._start.dt) * self._resistance, matrix)
 
     def merit(self, x: np.ndarray) -> float:
         assert self._start is not None, "begin before merit"
         v, rate = self._velocity(x, self._start), self.scheme.velocity_rate(self._start.dt)
         return 0.5 / rate * float(np.einsum("ni,nij,nj->", v, self._resistance, v))
 
+    def _add(self, blocks: np.ndarray, matrix: Matrix) -> bool:
+        p = matrix.pattern
+        return add_node_blocks(self.nodes, blocks, p.node_ptr, p.node_adj, p.upper, matrix.data)
+
     def _velocity(self, x: np.ndarray, start: StepStart) -> np.ndarray:
-        return self.scheme.velocity(x, start)[self.nodes]
+        return self.scheme.velocity(x, start)[self.nodes, :3]

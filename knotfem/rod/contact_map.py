@@ -40,7 +40,7 @@ class ContactMap:
 
 
 def contact_map(
-    contact: Contact | None, friction: Friction | None, cylinders: Sequence[tuple[Cylinder, CylinderFriction]]
+    contact: Contact | None, friction: Friction | None, cylinders: Sequence[tuple[Cylinder, CylinderFriction | None]]
 ) -> ContactMap:
     """Collect the samples that carry force."""
     parts: list[tuple[np.ndarray, ...]] = []

@@ -19,9 +19,6 @@ from knotfem.rod.sparsity import matrix_arguments
 from knotfem.solver.effect import Arrays, Effect, StepStart
 from knotfem.solver.sparsity import Matrix
 
-MINDLIN_STIFFNESS_RATIO = 2.0 / 3.0
-"""Tangential over normal stiffness of a Hertz contact, 2 (1 - nu)/(2 - nu), for nu = 1/2 (Mindlin 1949)."""
-
 
 @dataclass
 class Friction(Effect):

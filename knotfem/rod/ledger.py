@@ -22,8 +22,8 @@ class Energies:
     """Energies [N mm].
 
     Stored, each the present value: stretch, bend, twist, contact, springs (of sticking friction), gravity, kinetic.
-    Summed since the account was opened: work of supports, clamps and loads; what friction, drag, internal damping and
-    the time integration took.
+    Summed since the account was opened: work of supports, clamps and loads; what friction, drag of any kind, internal
+    damping and the time integration took.
     """
 
     stretch: float = 0.0
@@ -55,13 +55,15 @@ class Ledger:
     Works are taken by the trapezoidal rule: of supports, clamps and loads; of friction, less what its springs keep; of
     drag. `numerical` is the rest that closes the account: what an implicit step damps, plus the error of that rule.
 
+    Args:
+        mass: that goes with each unknown [tonne], shape [nodes, 4]; None for rods without inertia.
+
     Attributes:
         energies: as of the last booked step.
         friction_step, drag_step, damping_step, numerical_step: what the last step took.
     """
 
-    mass: np.ndarray
-    inertial: bool
+    mass: np.ndarray | None
     energies: Energies = field(default_factory=Energies)
     friction_step: float = 0.0
     drag_step: float = 0.0
@@ -104,7 +106,8 @@ class Ledger:
             turn = rotation_between(clamp.orientation(start.motion.time), clamp.orientation(start.end))
             work += 0.5 * float((before_couples[c] + couples[c]) @ turn)
         springs = e.springs
-        self.drag_step = trapezoidal("drag")
+        resisting = dict.fromkeys(e.name for e in system.effects if e.viscous and e.name != INTERNAL_DAMPING)
+        self.drag_step = sum(trapezoidal(name) for name in resisting)
         self.damping_step = sum(effect.dissipated for effect in _named(system, INTERNAL_DAMPING))
         self._store(system, x, v)
         self.friction_step = sum(trapezoidal(name) for name in RUBBING) - (e.springs - springs)
@@ -138,7 +141,7 @@ class Ledger:
         e.contact = sum(effect.energy(x) for name in CONTACT for effect in _named(system, name))
         e.springs = sum(effect.kept for name in RUBBING for effect in _named(system, name))
         e.gravity = sum(effect.energy(x) for effect in _named(system, "gravity"))
-        e.kinetic = 0.5 * float(np.sum(self.mass * v * v)) if self.inertial else 0.0
+        e.kinetic = 0.0 if self.mass is None else 0.5 * float(np.sum(self.mass * v * v))
 
 
 def _named(system: System, name: str) -> list:

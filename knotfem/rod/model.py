@@ -4,26 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from knotfem.centerline.frames import tangents
-from knotfem.effects.gravity import Gravity
-from knotfem.effects.inertia import Drag, Inertia
-from knotfem.effects.penalty import Penalty
 from knotfem.errors import InputError
 from knotfem.rod.bend import Bend
-from knotfem.rod.contact import Contact
 from knotfem.rod.contact_map import ContactMap, contact_map
-from knotfem.rod.curve import make_samples
-from knotfem.rod.cylinder import Cylinder, CylinderFriction
 from knotfem.rod.ends import End, EndForce, EndFrame, FollowingForce
 from knotfem.rod.frames import Clamp, Frames
-from knotfem.rod.friction import Friction
 from knotfem.rod.layout import RodLayout, make_layout
 from knotfem.rod.ledger import Ledger
-from knotfem.rod.mass import lumped_mass
 from knotfem.rod.spec import ContactSpec, CylinderSpec, RodSpec, twist_free_directors
 from knotfem.rod.stretch import MERIT_STIFFNESS_OVER_BENDING, Stretch
 from knotfem.rod.system import RodSystem
@@ -36,7 +29,11 @@ from knotfem.solver.prescribed import Prescribed
 from knotfem.solver.schemes import BackwardEuler, Scheme
 
 if TYPE_CHECKING:
+    from knotfem.rod.contact import Contact
+    from knotfem.rod.curve import Samples
+    from knotfem.rod.cylinder import Cylinder, CylinderFriction
     from knotfem.rod.damping import Dashpot
+    from knotfem.rod.friction import Friction
 
 Side = tuple[int, str]
 """Number of a rod, and "start" or "end"."""
@@ -84,7 +81,6 @@ class RodModel:
         x = np.zeros((self.layout.nodes, 4))
         x[:, :3] = np.concatenate([rod.points for rod in rods])
         self.frames = Frames(self.layout, x, np.concatenate([twist_free_directors(rod) for rod in rods]))
-        self.mass = lumped_mass(self.layout, np.array([rod.mass_per_length for rod in rods]))
         bending = np.array([rod.bending for rod in rods])
         moderate = MERIT_STIFFNESS_OVER_BENDING * bending / self.layout.radius**2
         self.stretch = Stretch(self.layout, np.array([rod.axial for rod in rods]), moderate)
@@ -94,22 +90,17 @@ class RodModel:
         self.effects: list[Effect] = [self.frames, self.stretch, self.bend, self.twist]
         self.contact: Contact | None = None
         self.friction: Friction | None = None
-        self.cylinders: list[tuple[Cylinder, CylinderFriction]] = []
+        self.cylinders: list[tuple[Cylinder, CylinderFriction | None]] = []
         self._damping: list[Dashpot] = []
         if any(rod.relaxation_time > 0.0 for rod in rods):
             self._add_damping([rod.relaxation_time for rod in rods])
-        if self.scheme.inertial:
-            self.effects.append(Inertia(self.mass, self.scheme))
-        if drag > 0.0:
-            self.effects.append(Drag(self.mass, drag, self.scheme))
-        if gravity is not None and np.any(gravity):
-            self.effects.append(Gravity(self.mass[:, 0], np.asarray(gravity, dtype=float)))
+        self._add_masses(drag, gravity)
         if contact is not None:
             self._add_contact(contact, cylinders)
         elif cylinders:
             raise InputError("cylinders need contact", key="rod model")
         self.progress = Progress.at(Motion.at_rest(x))
-        self.ledger = Ledger(self.mass, self.scheme.inertial)
+        self.ledger = Ledger(self.mass if self.scheme.inertial else None)
         self.system: RodSystem | None = None
         self._ends: dict[Side, End] = {}
         self._first_tangents = [tangents(rod.points)[[0, -1]] for rod in rods]
@@ -121,7 +112,31 @@ class RodModel:
         self._damping = make_damping(self.stretch, self.bend, self.twist, self.frames, times)
         self.effects += self._damping
 
+    @cached_property
+    def mass(self) -> np.ndarray:
+        """That goes with each unknown [tonne], shape [nodes, 4]."""
+        from knotfem.rod.mass import lumped_mass
+
+        return lumped_mass(self.layout, np.array([rod.mass_per_length for rod in self.rods]))
+
+    def _add_masses(self, drag: float, gravity: np.ndarray | None) -> None:
+        if self.scheme.inertial or drag > 0.0:
+            from knotfem.effects.inertia import Drag, Inertia
+
+            if self.scheme.inertial:
+                self.effects.append(Inertia(self.mass, self.scheme))
+            if drag > 0.0:
+                self.effects.append(Drag(self.mass, drag, self.scheme))
+        if gravity is not None and np.any(gravity):
+            from knotfem.effects.gravity import Gravity
+
+            self.effects.append(Gravity(self.mass[:, 0], np.asarray(gravity, dtype=float)))
+
     def _add_contact(self, spec: ContactSpec, cylinders: Sequence[CylinderSpec]) -> None:
+        from knotfem.effects.penalty import Penalty
+        from knotfem.rod.contact import Contact
+        from knotfem.rod.curve import make_samples
+
         samples = make_samples(self.layout, spec.sample_spacing)
         law = Penalty(spec.stiffness, spec.ramp, 0.0)
         self.contact = Contact(self.layout, samples, law)
@@ -129,20 +144,27 @@ class RodModel:
         mu = np.broadcast_to(np.asarray(spec.friction, dtype=float), (count, count)).copy()
         self.effects.append(self.contact)
         if mu.max() > 0.0:
+            from knotfem.rod.friction import Friction
+
             self.friction = Friction(self.contact, self.frames, mu, spec.tangential * spec.stiffness, spec.factor)
             self.effects.append(self.friction)
-        for c in cylinders:
-            stiffness = 2.0 * spec.stiffness if c.stiffness is None else c.stiffness
-            axis = np.asarray(c.axis, dtype=float) / np.linalg.norm(c.axis)
-            cylinder = Cylinder(
-                self.layout, samples, Penalty(stiffness, spec.ramp, 0.0), np.asarray(c.origin, float), axis, c.radius
-            )
-            mu = np.broadcast_to(np.asarray(c.friction, dtype=float), (count,)).copy()
-            friction = CylinderFriction(cylinder, self.frames, mu, spec.tangential * stiffness)
-            self.cylinders.append((cylinder, friction))
-            self.effects.append(cylinder)
-            if mu.max() > 0.0:
-                self.effects.append(friction)
+        for cylinder in cylinders:
+            self._add_cylinder(cylinder, spec, samples)
+
+    def _add_cylinder(self, cylinder: CylinderSpec, spec: ContactSpec, samples: Samples) -> None:
+        from knotfem.effects.penalty import Penalty
+        from knotfem.rod.cylinder import Cylinder, CylinderFriction
+
+        stiffness = 2.0 * spec.stiffness if cylinder.stiffness is None else cylinder.stiffness
+        law, axis = Penalty(stiffness, spec.ramp, 0.0), np.asarray(cylinder.axis, dtype=float)
+        axis = axis / np.linalg.norm(axis)
+        touching = Cylinder(self.layout, samples, law, np.asarray(cylinder.origin, float), axis, cylinder.radius)
+        self.effects.append(touching)
+        mu, friction = np.broadcast_to(np.asarray(cylinder.friction, dtype=float), (self.layout.rods,)).copy(), None
+        if mu.max() > 0.0:
+            friction = CylinderFriction(touching, self.frames, mu, spec.tangential * stiffness)
+            self.effects.append(friction)
+        self.cylinders.append((touching, friction))
 
     @property
     def x(self) -> np.ndarray:

@@ -76,16 +76,19 @@ def _effects(effects: Sequence[Effect], scene: Scene) -> dict[str, str]:
         said.setdefault(effect.name, []).append(_says(effect))
     if loaded := [step.name for step in scene.steps if step.having(Loaded)]:
         said["load"] = [f"in {', '.join(loaded)}"]
+    if scene.model == "rod" and any(rod.core is not None for rod in scene.rods):
+        said["core"] = ["in the EA of the stretch"]
     return {name: "; ".join(texts) for name, texts in said.items()}
 
 
 def _symmetry(effects: Sequence[Effect], scene: Scene) -> str:
-    """Whether the matrix is symmetric, and what decides; PARDISO then factorises it as such."""
+    """Whether the matrix is symmetric, and what decides; hexahedra's is then stored and factorised as such."""
     culprits = list(dict.fromkeys(effect.name for effect in effects if not effect.symmetric))
     ends = (end for step in scene.steps for end in step.all_ends().values())
     if any(isinstance(end, Loaded) and end.following for end in ends):
         culprits.append("following load, in its steps")
-    return f"unsymmetric ({', '.join(culprits)})" if culprits else "symmetric"
+    kind = f"unsymmetric ({', '.join(culprits)})" if culprits else "symmetric"
+    return f"{kind}, stored in full" if scene.model == "rod" else kind
 
 
 def _says(effect: Any) -> str:

@@ -42,6 +42,10 @@ class RodAccount(Account):
         kinetic = e.kinetic
         self._store(x, v)
         dx = x - start.motion.x
+        for effect in self.registered:
+            taken = 0.5 * float(np.sum((before[effect.name] + forces[effect.name]) * dx))
+            e.taken_by[effect.name] = e.taken_by.get(effect.name, 0.0) + taken
+            e.drag -= e.taken_by[effect.name]
         e.numerical += self._inertial_work(before, forces, step.system.fixed, dx) - (e.kinetic - kinetic)
         return forces
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+
 import numpy as np
 
-from knotfem.effects.registry import REGISTERED
+from knotfem.effects.registry import ON_RODS, REGISTERED
 from knotfem.errors import InputError
-from knotfem.rod.contact import hertz_line_stiffness
 from knotfem.rod.model import RodModel
 from knotfem.rod.spec import ContactSpec, CylinderSpec, RodSpec
 from knotfem.run.build import make_scheme
@@ -14,6 +15,7 @@ from knotfem.run.conditions import gravity_of
 from knotfem.run.registry import REGISTRY, obstacle_friction, rod_friction
 from knotfem.run.rod_lay import LaidRod
 from knotfem.scene.model import Scene
+from knotfem.scene.registered import settings_of
 from knotfem.scene.rods import Rod
 
 
@@ -24,7 +26,7 @@ def refuse_foreign(scene: Scene) -> None:
         InputError: an effect that works on hexahedra only.
     """
     for entry in REGISTRY:
-        if entry.name in REGISTERED and not entry.absent(scene):
+        if entry.name in REGISTERED and entry.name not in ON_RODS and not entry.absent(scene):
             raise InputError(
                 "the rod model does not have this effect",
                 key=f"effects.{entry.name}",
@@ -65,6 +67,8 @@ def contact_spec(scene: Scene) -> ContactSpec | None:
     c = scene.contact
     if not c.enabled:
         return None
+    from knotfem.rod.contact import hertz_line_stiffness
+
     d = min(rod.diameter for rod in scene.rods)
     softest = min((rod.material for rod in scene.rods), key=lambda material: material.youngs_modulus)
     stiffness = c.line_stiffness_over_hertz * hertz_line_stiffness(softest.youngs_modulus, softest.poissons_ratio)
@@ -82,7 +86,7 @@ def make_rods(scene: Scene, laid: list[LaidRod]) -> RodModel:
         CylinderSpec(np.array(o.point), np.array(o.axis), 0.5 * o.diameter, mu)
         for o, mu in zip(scene.obstacles, obstacle_friction(scene), strict=True)
     ]
-    return RodModel(
+    model = RodModel(
         [rod_spec(rod) for rod in laid],
         contact_spec(scene),
         cylinders if scene.contact.enabled else (),
@@ -92,3 +96,9 @@ def make_rods(scene: Scene, laid: list[LaidRod]) -> RodModel:
         scene.solver.linear,
         scene.solver.threads or 1,
     )
+    model.effects += [
+        import_module(ON_RODS[entry.name]).make(settings_of(scene.effects, entry.name), model.layout, model.scheme)
+        for entry in REGISTRY
+        if entry.name in ON_RODS and not entry.absent(scene)
+    ]
+    return model

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from knotfem.errors import InputError
+from knotfem.run import rod_build
 from knotfem.run.rod_build import contact_spec, core_share, make_rods, rod_spec
 from knotfem.run.rod_lay import lay
 from knotfem.scene import load_scene
@@ -47,7 +48,8 @@ def test_friction_is_that_of_each_pair():
     assert np.asarray(rubbing.coefficients).tolist() == [0.1]
 
 
-def test_effect_of_hexahedra_alone_is_refused():
+def test_effect_of_hexahedra_alone_is_refused(monkeypatch):
+    monkeypatch.setattr(rod_build, "ON_RODS", {})
     scene = load_scene("bowline", [*COARSE, 'effects.viscous_drag={normal="2 Pa s", tangential="2 Pa s"}'])
     with pytest.raises(InputError, match=r"effects\.viscous_drag: the rod model does not have this effect"):
         make_rods(scene, lay(scene))

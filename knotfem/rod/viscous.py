@@ -1,0 +1,36 @@
+"""Viscous drag of a fluid on discrete rods: `knotfem.effects.viscous` on their nodes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from knotfem.effects.viscous import Settings, ViscousDrag
+from knotfem.rod.layout import RodLayout
+from knotfem.rod.sparsity import add_block
+from knotfem.solver.schemes import Scheme
+from knotfem.solver.sparsity import Matrix
+
+
+@njit(cache=True)
+def _add(nodes, blocks, node_ptr, node_adj, data):
+    wide = np.zeros((4, 4))
+    for k in range(nodes.size):
+        wide[:3, :3] = blocks[k]
+        if not add_block(nodes[k], nodes[k], wide, 0, 0, node_ptr, node_adj, data):
+            return False
+    return True
+
+
+class RodViscousDrag(ViscousDrag):
+    """The same on nodes of four unknowns; spin is free."""
+
+    def _add(self, blocks: np.ndarray, matrix: Matrix) -> bool:
+        return _add(self.nodes, blocks, matrix.pattern.node_ptr, matrix.pattern.node_adj, matrix.data)
+
+
+def make(settings: Settings, layout: RodLayout, scheme: Scheme) -> RodViscousDrag:
+    """The drag on all rods."""
+    edges = np.stack([layout.edges, layout.edges + 1], axis=1)
+    lengths = layout.spacing[layout.rod[layout.edges]]
+    return RodViscousDrag(edges, lengths, settings.normal, settings.tangential, scheme)
