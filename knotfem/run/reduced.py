@@ -18,7 +18,7 @@ from knotfem.run.mapping import Increment
 from knotfem.run.model import StepSystem
 from knotfem.run.registry import REGISTRY
 from knotfem.run.rod_account import RodAccount
-from knotfem.run.rod_build import core_share, make_rods
+from knotfem.run.rod_build import coarse, core_share, make_rods
 from knotfem.run.rod_fields import tube_fields, tube_mesh
 from knotfem.run.rod_lay import lay
 from knotfem.run.rod_tables import tension_rows, twist_rows
@@ -62,6 +62,10 @@ class Reduced(Simulation):
             for side, frame in zip(SIDES, laid.ends, strict=True)
         }
         self._begun = self._frames
+
+    @property
+    def warnings(self) -> list[str]:
+        return [*super().warnings, *coarse(self.scene)]
 
     @property
     def path_kind(self) -> str:

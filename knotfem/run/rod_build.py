@@ -34,6 +34,22 @@ def refuse_foreign(scene: Scene) -> None:
             )
 
 
+def coarse(scene: Scene) -> list[str]:
+    """Warnings of segments longer than the radius, where strands touch and so bend tightly.
+
+    The bowline's force at 33 radii errs by 5 % with segments of one radius, by 12 % with 4/3.
+    """
+    if not scene.contact.enabled:
+        return []
+    lengths = [(index, rod.length / rod.slices, 0.5 * rod.diameter) for index, rod in enumerate(scene.rods)]
+    return [
+        f"rods.{index}.mesh.element_length: segments of {h:.3g} mm are longer than the radius, {r:.3g} mm: "
+        "tight bends are not resolved"
+        for index, h, r in lengths
+        if h > r * (1.0 + 1e-9)
+    ]
+
+
 def core_share(rod: Rod) -> float:
     """Share of the core in the axial stiffness."""
     return rod.core.axial_stiffness / axial_stiffness(rod) if rod.core is not None else 0.0

@@ -7,6 +7,7 @@ from reduced import RADIUS, contact, line, order, spec
 from knotfem.errors import NotConverged
 from knotfem.rod.ends import End, clamped
 from knotfem.rod.model import RodModel
+from knotfem.rod.spec import CylinderSpec
 from knotfem.rod.verlet import stable_step, verlet
 from knotfem.solver.march import StepControl
 from knotfem.solver.schemes import Scheme, hht
@@ -91,3 +92,25 @@ def test_the_stable_step_is_that_of_the_stiffest_part():
     rod = stiff.rods[0]
     exact = 5.0 * np.sqrt(rod.mass_per_length / rod.axial)
     assert stable_step(stiff.system, stiff.progress.motion, stiff.mass) == pytest.approx(0.5 * exact, rel=0.05)
+
+
+def rolling(scheme: Scheme) -> RodModel:
+    """A twisted strand, clamped at its start, pressed on a rough cylinder and let go: it spins back and rolls."""
+    peg = CylinderSpec(np.array([18.0, 0.0, -RADIUS - 9.95]), np.array([0.0, 1.0, 0.0]), 10.0, 0.3)
+    model = RodModel([spec(line(12, 36.0), axial=200.0)], contact(), [peg], gravity=GRAVITY, drag=20.0, scheme=scheme)
+    model.x[:, 3] = RADIUS * 0.6 * np.minimum(np.arange(13) + 0.5, 11.5) / 12.0
+    model.begin({(0, "start"): clamped(model.end_frame(0, "start"))})
+    return model
+
+
+def test_a_twisted_strand_that_spins_back_on_a_rough_cylinder():
+    model = rolling(Scheme())
+    start = model.x.copy()
+    expected = explicit(model, 0.004)
+    found = implicit(other := rolling(hht(0.0)), 0.004, 200)
+    moved = np.abs(expected - start)
+    assert moved[:, 3].max() > 1.0
+    assert moved[:, :3].max() > 0.05
+    assert np.abs(found - expected)[:, 3].max() < 0.01 * moved[:, 3].max()
+    assert np.abs(found - expected)[:, :3].max() < 0.01 * moved[:, :3].max()
+    assert other.ledger.energies.friction > 0.0

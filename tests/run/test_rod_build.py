@@ -5,6 +5,7 @@ import pytest
 
 from knotfem.errors import InputError
 from knotfem.run import rod_build
+from knotfem.run.inspect import check
 from knotfem.run.rod_build import contact_spec, core_share, make_rods, rod_spec
 from knotfem.run.rod_lay import lay
 from knotfem.scene import load_scene
@@ -53,3 +54,13 @@ def test_effect_of_hexahedra_alone_is_refused(monkeypatch):
     scene = load_scene("bowline", [*COARSE, 'effects.viscous_drag={normal="2 Pa s", tangential="2 Pa s"}'])
     with pytest.raises(InputError, match=r"effects\.viscous_drag: the rod model does not have this effect"):
         make_rods(scene, lay(scene))
+
+
+def test_segments_longer_than_the_radius_are_warned_of_where_strands_touch():
+    def said(*overrides: str) -> list[str]:
+        return check(load_scene("bowline", ["model=rod", *overrides]))["warnings"]
+
+    assert not said("rods.0.mesh.element_length=3 mm")
+    (warning,) = said("rods.0.mesh.element_length=4 mm")
+    assert warning.startswith("rods.0.mesh.element_length: segments of 4 mm are longer than the radius, 3 mm")
+    assert not said("rods.0.mesh.element_length=4 mm", "contact.enabled=false")
