@@ -93,19 +93,19 @@ def random_curve(seed: int) -> tuple[np.ndarray, bool]:
 
 
 def tie_random(seed: int, path: Path) -> str:
-    """What comes of tying a random curve, whose ends, where it is closed, meet and keep it from coming to rest.
+    """What comes of tying a random curve.
 
     Returns:
-        "tied" (open curves: at rest), "refused", "gave up", "lost" or "hung".
+        "tied" (mapped, and at rest in contact), "refused" (as all closed ones are), "gave up", "lost" or "hung".
 
     Raises:
         KnotfemError: any other error, a request to stop among them.
     """
-    points, closed = random_curve(seed)
+    points, _ = random_curve(seed)
     curve = path / f"curve-{seed}.csv"
     rows = "\n".join(",".join(f"{value:.9g}" for value in point) for point in points)
     curve.write_text(f"# random {seed}\nx,y,z\n{rows}\n")
-    overrides = [f"rods.0.centerline={curve}", f"solver.time_limit={LONGEST} s", *(["steps=[]"] if closed else [])]
+    overrides = [f"rods.0.centerline={curve}", f"solver.time_limit={LONGEST} s"]
     began = time.monotonic()
     try:
         scene = hard_scene("random", overrides, small=True)
