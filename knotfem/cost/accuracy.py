@@ -18,6 +18,7 @@ GOVERNED = (
     r"rods\.\d+\.mesh(\.(section_elements|element_length|element))?",
     r"solver(\.(move_over_diameter|force_tolerance))?",
     r"contact(\.(stiffness|sample_spacing|stick)_over_\w+)?",
+    r"inertia(\..*)?",
     r"accuracy(\..*)?",
 )
 """Keys of a scene that `--accuracy` sets, and tables that hold them."""
@@ -158,11 +159,15 @@ def _differences(scene: Scene, record: Record) -> list[str]:
 def _figures(scene: Scene, setting: Setting) -> list[str]:
     """The settings that a model reads, for people."""
     solid = setting.model == "fem"
-    changed = "" if setting.model == scene.model else f" in place of {scene.model}"
+
+    def named(found: str, own: str) -> str:
+        return found if found == own else f"{found} in place of {own}"
+
     section = [f"element {setting.element}", f"section of {setting.section_elements} elements"] if solid else []
     penalty = [f"penalty {setting.stiffness:g}"] if solid and scene.contact.enabled else []
     return [
-        f"model {setting.model}{changed}",
+        f"model {named(setting.model, scene.model)}",
+        named(setting.scheme, scene.inertia.scheme),
         *section,
         f"slices of {setting.element_length:.3g} d",
         f"step {setting.move:g} d",
@@ -178,6 +183,7 @@ def _tolerance(scene: Scene, setting: Setting) -> float:
 def _applied(scene: Scene, setting: Setting) -> list[str]:
     overrides = [
         f"model={setting.model}",
+        f"inertia.scheme={setting.scheme}",
         f"solver.move_over_diameter={setting.move!r}",
         f"solver.force_tolerance={_tolerance(scene, setting)!r} N",
         f"contact.stiffness_over_modulus={setting.stiffness!r}",

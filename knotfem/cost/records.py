@@ -30,6 +30,7 @@ class Setting:
         uncertainty: of the reference it is taken against.
         cpu_s, wall_s, memory_mb: what it took.
         model: "fem" or "rod".
+        scheme: time integration.
         element: formulation.
         section_elements: of the cross-section.
         element_length, move, tolerance, stiffness, sample_spacing, stick: without dimension.
@@ -42,6 +43,7 @@ class Setting:
     wall_s: float
     memory_mb: float
     model: str
+    scheme: str
     element: str
     section_elements: int
     element_length: float
@@ -165,6 +167,7 @@ def _dimensionless(scene: Scene) -> dict[str, Any]:
     rod, diameter, contact = scene.rods[0], thinnest(scene), scene.contact
     return {
         "model": scene.model,
+        "scheme": scene.inertia.scheme,
         "element": rod.mesh.element,
         "section_elements": rod.mesh.section_elements,
         "element_length": rod.mesh.element_length / rod.diameter,
