@@ -12,6 +12,8 @@ ORDERS = (0.5, 4.5)
 """Orders that a method can have; an observed one outside is no order."""
 ALIGNED = 0.5
 """Smallest cosine between successive changes of a sequence that goes one way."""
+LUCK = 0.1
+"""Least uncertainty of a limit without an order, over the largest difference among the three finest solutions."""
 TWO_GRIDS = 3.0
 """Safety factor on the change between two solutions where no third one gives an order (Roache 1994)."""
 
@@ -69,7 +71,8 @@ def extrapolate(sizes: np.ndarray, values: np.ndarray, floor: float = 0.0) -> Li
     Three or more solutions whose last two changes go one way and shrink by an order in `ORDERS` are extrapolated with
     that order. The limit is then uncertain by its distance from the finest solution or, where the three solutions
     before the finest extrapolate too, by the change of the limit (and no less than a quarter of that distance). Else
-    the limit is the finest solution, uncertain by the largest difference among the three finest.
+    the limit is the finest solution, uncertain by the largest difference among the three finest; where the last change
+    is no larger than first order would leave of the one before, by what first order would leave of the last.
 
     Args:
         sizes: falling, shape [m].
@@ -100,12 +103,15 @@ def _extrapolate_three(sizes: np.ndarray, values: np.ndarray, floor: float) -> L
     coarse, fine = (before - after for before, after in pairwise(values))
     sizes_of_changes = rms(coarse), rms(fine)
     spread = max(*sizes_of_changes, rms(values[0] - values[2]))
+    first_order = sizes_of_changes[1] * sizes[2] / (sizes[1] - sizes[2])
+    shrinks = sizes_of_changes[1] * (sizes[0] - sizes[1]) <= sizes_of_changes[0] * (sizes[1] - sizes[2])
+    bound = min(max(first_order, sizes_of_changes[1], LUCK * spread), spread) if shrinks else spread
 
     def unsettled(why: str, order: float | None = None) -> Limit:
-        return Limit(values[2], spread, order, why)
+        return Limit(values[2], bound, order, why)
 
     if spread <= floor:
-        return unsettled("no effect")
+        return Limit(values[2], spread, None, "no effect")
     if sizes_of_changes[1] == 0.0:
         return unsettled("not asymptotic: the last two are equal")
     if np.mean(coarse * fine) < ALIGNED * sizes_of_changes[0] * sizes_of_changes[1]:

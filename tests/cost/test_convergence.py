@@ -45,21 +45,27 @@ def test_limit_does_not_depend_on_the_unit_of_size(ratios, order):
 
 
 @pytest.mark.parametrize(
-    ("values", "why"),
+    ("values", "why", "uncertainty"),
     [
-        ([1.0, 1.2, 1.1], "back and forth"),
-        ([1.0, 1.1, 1.3], "do not shrink"),
-        ([1.0, 1.1, 1.2], "do not shrink"),
-        ([2.0, 1.0001, 1.0], "order 13"),
-        ([2.0, 1.0, 1.0], "equal"),
+        ([1.0, 1.2, 1.1], "back and forth", 0.1),
+        ([1.0, 1.2, 1.05], "back and forth", 0.2),
+        ([1.0, 1.1, 1.3], "do not shrink", 0.3),
+        ([1.0, 1.1, 1.2], "do not shrink", 0.2),
+        ([2.0, 1.0001, 1.0], "order 13", 0.1),
+        ([2.0, 1.0, 1.0], "equal", 0.1),
     ],
 )
-def test_sequences_without_an_order_are_said_to_have_none(values, why):
+def test_sequences_without_an_order_are_said_to_have_none(values, why, uncertainty):
     limit = extrapolate(np.array([4.0, 2.0, 1.0]), np.array(values)[:, None])
     assert not limit.asymptotic
     assert why in limit.verdict
     assert limit.value[0] == values[-1]
-    assert limit.uncertainty == pytest.approx(max(values) - min(values))
+    assert limit.uncertainty == pytest.approx(uncertainty)
+
+
+def test_limit_without_an_order_is_uncertain_by_what_first_order_leaves_of_the_last_change():
+    limit = extrapolate(np.array([2.0, 1.0, 0.75]), np.array([[1.0], [2.0], [1.9]]))
+    assert limit.uncertainty == pytest.approx(0.1 * 0.75 / 0.25)
 
 
 def test_curves_that_change_in_unlike_ways_have_no_order():
