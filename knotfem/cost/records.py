@@ -91,7 +91,7 @@ class Record:
 
 
 def record_of(study: Study) -> Record:
-    """What a cost table recommends: its Pareto front.
+    """What a cost table recommends: settings that none beats in CPU seconds and promised error.
 
     Raises:
         InputError: the table has no reference, or none that is bounded.
@@ -103,8 +103,8 @@ def record_of(study: Study) -> Record:
         lacking = f"{', '.join(reference.lacks)} with a rung that is done, or uniform"
         raise InputError("nothing bounds the reference", key="--store", found=reference.source, expected=lacking)
     settings = []
-    for entry in study.front:
-        assert entry.scene is not None, "the front is done"
+    for entry in study.offers:
+        assert entry.scene is not None, "offers are done"
         cost = (entry.cpu["total"], entry.wall["total"], entry.counts["peak_memory_mb"])
         figures = (entry.rung.name, study.trusted(entry), reference.uncertainty, *cost)
         settings.append(Setting(*figures, **_dimensionless(entry.scene)))

@@ -95,12 +95,19 @@ class Study:
     @property
     def front(self) -> list[Measured]:
         """Rungs that none beats in CPU seconds and trusted error; errors below the reference's own are alike."""
-        done = [entry for entry in self.measured if entry.done]
-        cpu = np.array([entry.cpu["total"] for entry in done])
         found = self.references[self.main]
         noise = found[0].uncertainty if found else 0.0
-        errors = np.array([np.maximum(self.trusted(entry), noise) for entry in done])
-        return [done[i] for i in pareto_front(cpu, errors)]
+        return self._unbeaten(lambda entry: float(np.maximum(self.trusted(entry), noise)))
+
+    @property
+    def offers(self) -> list[Measured]:
+        """Rungs that none beats in CPU seconds and bound: what `cheapest` chooses from."""
+        return self._unbeaten(self.bound)
+
+    def _unbeaten(self, error: Callable[[Measured], float]) -> list[Measured]:
+        done = [entry for entry in self.measured if entry.done]
+        cpu = np.array([entry.cpu["total"] for entry in done])
+        return [done[i] for i in pareto_front(cpu, np.array([error(entry) for entry in done]))]
 
     def cheapest(self, target: float) -> Measured | None:
         """The rung with the least CPU seconds whose error, the reference's uncertainty added, is within a target."""

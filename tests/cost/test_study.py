@@ -126,7 +126,11 @@ def test_files(study, folder, tmp_path):
     table = read_table(tmp_path / "cost.csv")
     assert list(table["rung"]) == [entry.rung.name for entry in study.measured]
     assert {"force_error", "force_own_error", "contact_cpu_s", "peak_memory_mb", "pareto"} <= set(table)
-    assert table["pareto"].sum() == len(study.front) == len(record.settings)
+    assert table["pareto"].sum() == len(study.front)
+    assert [setting.rung for setting in record.settings] == [entry.rung.name for entry in study.offers]
+    bounds = [setting.bound for setting in record.settings]
+    assert bounds == sorted(bounds, reverse=True)
+    assert all(study.cheapest(1.01 * bound) in study.offers for bound in bounds)
     assert (tmp_path / "cost.png").stat().st_size > 10_000
     assert json.loads((tmp_path / "recommendation.json").read_text())["scene"] == "overhand"
 
