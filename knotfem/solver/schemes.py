@@ -25,15 +25,15 @@ class Scheme:
     inertial: bool = False
 
     def velocity(self, x: np.ndarray, start: StepStart) -> np.ndarray:
-        """Velocity [mm/s] at the end of the step, shape [nodes, 3]."""
-        return (x - start.motion.x) / start.dt
+        """Velocity [mm/s] at the end of the step, shape [nodes, 3]; that of the start for a step of no length."""
+        return (x - start.motion.x) / start.dt if start.dt > 0.0 else start.motion.v
 
     def velocity_rate(self, dt: float) -> float:
         """Derivative of the velocity with respect to the position [1/s]."""
         return 1.0 / dt
 
     def acceleration(self, x: np.ndarray, start: StepStart) -> np.ndarray:
-        """Acceleration [mm/s^2] at the end of the step, shape [nodes, 3]."""
+        """Acceleration [mm/s^2] at the end of the step, shape [nodes, 3]; that of the start for a step of no length."""
         return np.zeros_like(x)
 
     def acceleration_rate(self, dt: float) -> float:
@@ -52,7 +52,7 @@ class BackwardEuler(Scheme):
     inertial: bool = True
 
     def acceleration(self, x: np.ndarray, start: StepStart) -> np.ndarray:
-        return (self.velocity(x, start) - start.motion.v) / start.dt
+        return (self.velocity(x, start) - start.motion.v) / start.dt if start.dt > 0.0 else start.motion.a
 
     def acceleration_rate(self, dt: float) -> float:
         return 1.0 / dt**2
@@ -68,6 +68,8 @@ class GeneralisedAlpha(Scheme):
 
     def acceleration(self, x: np.ndarray, start: StepStart) -> np.ndarray:
         m, dt = start.motion, start.dt
+        if dt == 0.0:
+            return m.a
         return (x - m.x - dt * m.v - dt**2 * (0.5 - self.beta) * m.a) / (self.beta * dt**2)
 
     def acceleration_rate(self, dt: float) -> float:

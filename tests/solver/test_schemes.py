@@ -64,3 +64,11 @@ def test_wrong_parameters_are_refused():
         hht(0.1)
     with pytest.raises(InputError, match="spectral_radius"):
         generalised_alpha(1.5)
+
+
+@pytest.mark.parametrize("scheme", [Scheme(), BackwardEuler(), hht(-0.3), generalised_alpha(0.5)])
+def test_step_of_no_length_moves_as_its_start(scheme):
+    motion = Motion(np.ones((1, 3)), np.full((1, 3), 2.0), np.zeros((1, 3)), 1.0)
+    start = StepStart(motion, 0.0)
+    np.testing.assert_array_equal(scheme.velocity(motion.x, start), motion.v)
+    np.testing.assert_array_equal(scheme.acceleration(motion.x, start), motion.a)
