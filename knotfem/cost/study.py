@@ -82,10 +82,14 @@ class Study:
     def trusted(self, entry: Measured) -> float:
         """Error in the main quantity that a rung is trusted with: the largest among all rungs that refine it.
 
-        Errors of opposite sign can cancel in a coarse rung, which says nothing of another scene. NaN for a rung that
-        is not done, and without a reference.
+        Errors of opposite sign can cancel in a coarse rung, which says nothing of another scene. A combination with
+        another element is trusted no more than that element on its mesh. NaN for a rung that is not done, and without
+        a reference.
         """
-        return max((self.error(one, self.main) for one in _finer(self.measured, entry)), default=float("nan"))
+        parts = entry.rung.name.split("+") if entry.rung.ladder == "chosen" else []
+        elements = [one for one in self.measured if one.rung.ladder == "element" and one.rung.name in parts]
+        errors = [self.error(one, self.main) for one in _finer(self.measured, entry)]
+        return max([*errors, *(self.trusted(one) for one in elements)], default=float("nan"))
 
     def bound(self, entry: Measured) -> float:
         """Trusted error in the main quantity with the reference's own uncertainty; NaN where there is none."""

@@ -104,6 +104,16 @@ def test_luck_is_not_trusted(study):
     assert changed.trusted(coarse) >= changed.error(study.base, "force") > 0.0
 
 
+def test_combination_is_trusted_no_more_than_its_element(study):
+    truth = study.references["force"][0].value
+    (element,) = [entry for entry in study.measured if entry.rung.name == "element-hex8-4-x2"]
+    rung = replace(element.rung, name="element-hex8-4-x2+step-x0.25", ladder="chosen")
+    lucky = replace(element, rung=rung, quantities={**element.quantities, "force": truth})
+    changed = replace(study, measured=[*study.measured, lucky])
+    assert changed.error(lucky, "force") == 0.0
+    assert changed.trusted(lucky) >= changed.trusted(element) > 0.0
+
+
 def test_luck_is_not_combined(study):
     """An element whose coarse mesh happens upon the limit is an option with the error of its finer mesh."""
     limit = study.own_limit("element", "force").value
