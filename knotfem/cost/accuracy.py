@@ -7,7 +7,7 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from knotfem.cost.likeness import class_of, frictions_of, softest, thinnest, window_of
+from knotfem.cost.likeness import class_of, frictions_of, window_of
 from knotfem.cost.records import Record, Setting, stored
 from knotfem.cost.tables import duration
 from knotfem.errors import InputError
@@ -177,7 +177,7 @@ def _figures(scene: Scene, setting: Setting) -> list[str]:
 
 
 def _tolerance(scene: Scene, setting: Setting) -> float:
-    return setting.tolerance * softest(scene) * thinnest(scene) ** 2
+    return setting.tolerance * scene.youngs_modulus * scene.diameter**2
 
 
 def _applied(scene: Scene, setting: Setting) -> list[str]:

@@ -23,8 +23,7 @@ def expected_seconds(scene: Scene) -> float:
     """Wall seconds of a run; right within a factor of three, and good for ranking runs of one scene."""
     pulled = sum(step.displacement for step in scene.loading_steps if isinstance(step, Pull))
     others = sum(not isinstance(step, Pull) for step in scene.loading_steps)
-    thinnest = min(rod.diameter for rod in scene.rods)
-    short = ITERATIONS_A_STEP * pulled / (scene.solver.move_over_diameter * thinnest)
+    short = ITERATIONS_A_STEP * pulled / (scene.solver.move_over_diameter * scene.diameter)
     iterations = RELAXING_ITERATIONS[scene.model] * bool(scene.tying_steps)
     iterations += max(ITERATIONS_A_MM[scene.model] * pulled, short)
     iterations += OTHER_STEP_ITERATIONS * others

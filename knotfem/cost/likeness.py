@@ -25,7 +25,7 @@ def class_of(scene: Scene) -> str:
 
 def window_of(scene: Scene) -> float:
     """Displacement of all pulls over the diameter."""
-    return sum(step.displacement for step in scene.loading_steps if isinstance(step, Pull)) / thinnest(scene)
+    return sum(step.displacement for step in scene.loading_steps if isinstance(step, Pull)) / scene.diameter
 
 
 def frictions_of(scene: Scene) -> tuple[float, float]:
@@ -37,16 +37,6 @@ def frictions_of(scene: Scene) -> tuple[float, float]:
         max(scene.friction_between(a, b) for a in rods for b in rods),
         max((scene.friction_between(a, b) for a in rods for b in obstacles), default=0.0),
     )
-
-
-def thinnest(scene: Scene) -> float:
-    """Diameter that lengths are measured by [mm]."""
-    return min(rod.diameter for rod in scene.rods)
-
-
-def softest(scene: Scene) -> float:
-    """Young's modulus that forces are measured by [MPa]."""
-    return min(rod.material.youngs_modulus for rod in scene.rods)
 
 
 def _meets_itself(scene: Scene) -> bool:

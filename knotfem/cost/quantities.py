@@ -105,7 +105,7 @@ def _forces(run: RunDirectory, scene: Scene) -> Quantities:
         rows = table["step"] == step.name
         if not rows.any():
             raise InputError("a step has no rows", file=run.path / "force.csv", key=step.name)
-        first = FIRST_MOVE_OVER_DIAMETER * min(rod.diameter for rod in scene.rods)
+        first = FIRST_MOVE_OVER_DIAMETER * scene.diameter
         grid = np.linspace(min(first, 0.5 * step.displacement), step.displacement, GRID)
         curves.append(np.interp(grid, table["displacement_mm"][rows], table["force_N"][rows]))
     return {"force": np.concatenate(curves), "force_end": curves[-1][-1:]}

@@ -12,7 +12,7 @@ from typing import Any
 
 import knotfem
 from knotfem.cost.ladders import SIZED
-from knotfem.cost.likeness import class_of, frictions_of, softest, thinnest, window_of
+from knotfem.cost.likeness import class_of, frictions_of, window_of
 from knotfem.cost.study import Study
 from knotfem.errors import InputError
 from knotfem.run.files import cannot_write, read_json, write_json
@@ -164,7 +164,7 @@ def stored() -> list[Record]:
 
 
 def _dimensionless(scene: Scene) -> dict[str, Any]:
-    rod, diameter, contact = scene.rods[0], thinnest(scene), scene.contact
+    rod, contact = scene.rods[0], scene.contact
     return {
         "model": scene.model,
         "scheme": scene.inertia.scheme,
@@ -172,7 +172,7 @@ def _dimensionless(scene: Scene) -> dict[str, Any]:
         "section_elements": rod.mesh.section_elements,
         "element_length": rod.mesh.element_length / rod.diameter,
         "move": scene.solver.move_over_diameter,
-        "tolerance": scene.solver.force_tolerance / (softest(scene) * diameter**2),
+        "tolerance": scene.solver.force_tolerance / (scene.youngs_modulus * scene.diameter**2),
         "stiffness": contact.stiffness_over_modulus,
         "sample_spacing": contact.sample_spacing_over_diameter,
         "stick": contact.stick_over_diameter,

@@ -116,8 +116,8 @@ class Bend(Hinged):
         return (scale / np.where(size > 0.0, size, 1.0))[:, None] * binormal
 
     def clamp_couples(self, x: np.ndarray) -> np.ndarray:
-        a, _, left = self._clamps(x)
-        moment = self.moment(x)[len(self.frames.hinges) - len(a) :]
+        _, _, left = self._clamps(x)
+        moment = self.moment(x)[self._clamped]
         return np.where(left, -moment, moment)
 
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:

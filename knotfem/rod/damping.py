@@ -7,6 +7,7 @@ Stretch and twist are those of `Stretch` and `Twist`; how a bend changes is meas
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import ClassVar
 
@@ -24,7 +25,7 @@ from knotfem.solver.effect import Arrays, Effect, StepStart
 from knotfem.solver.sparsity import Matrix
 
 
-class Dashpot(Effect):
+class Dashpot(Effect, ABC):
     """What the three have in common; their stiffnesses are K tau.
 
     A step of no length, with which schemes ask for the forces of the accepted state, is met as the last one was.
@@ -44,13 +45,13 @@ class Dashpot(Effect):
         self._first: Arrays = {}
         self._last: Arrays = {}
 
+    @abstractmethod
     def strains(self, x: np.ndarray) -> Arrays:
         """What must be known of a state to tell how far another is from it."""
-        raise NotImplementedError
 
+    @abstractmethod
     def potential(self, x: np.ndarray) -> float:
         """Of the forces in a step [N mm]: half of what it dissipates."""
-        raise NotImplementedError
 
     def reset(self, x: np.ndarray) -> None:
         """Set out from x, shape [nodes, 4], at no rate."""
@@ -152,8 +153,8 @@ class BendDamping(Dashpot, Bend):
     def clamp_couples(self, x: np.ndarray) -> np.ndarray:
         f = self.frames
         return kernels.clamp_couples(
-            x, f.hinges[len(f.hinges) - len(f.clamps) :], f.tangent0, self._first["tangent"], self._offset,
-            f.per_radius, self.modulus[len(f.hinges) - len(f.clamps) :],
+            x, f.hinges[self._clamped], f.tangent0, self._first["tangent"], self._offset, f.per_radius,
+            self.modulus[self._clamped],
         )  # fmt: skip
 
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:

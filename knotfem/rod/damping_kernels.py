@@ -102,6 +102,14 @@ def _project(d, length, at, g, H):
 
 
 @njit(cache=True)
+def _both_ends(x, base, other, tangent0, tangent, offset, per_radius, a, b, c):
+    """Direction of the edge `base` into a; of the edge `other`, now and as carried with `base`, into b and c."""
+    edge(x, tangent0, base, a)
+    edge(x, tangent0, other, b)
+    carried(tangent[base], tangent[other], a, spin(x, per_radius, base) + offset[base], c)
+
+
+@njit(cache=True)
 def potential(x, hinges, tangent0, tangent, offset, per_radius, modulus):
     """modulus/4 (|b - c|^2 one way and the other) of all hinges."""
     a, b, c = np.empty(3), np.empty(3), np.empty(3)
@@ -109,9 +117,7 @@ def potential(x, hinges, tangent0, tangent, offset, per_radius, modulus):
     for k in range(hinges.shape[0]):
         for side in range(2):
             base, other = hinges[k, side], hinges[k, 1 - side]
-            edge(x, tangent0, base, a)
-            edge(x, tangent0, other, b)
-            carried(tangent[base], tangent[other], a, spin(x, per_radius, base) + offset[base], c)
+            _both_ends(x, base, other, tangent0, tangent, offset, per_radius, a, b, c)
             for i in range(3):
                 total += 0.25 * modulus[k] * (b[i] - c[i]) ** 2
     return total
@@ -128,9 +134,7 @@ def clamp_couples(x, hinges, tangent0, tangent, offset, per_radius, modulus):
     for k in range(hinges.shape[0]):
         for side in range(2):
             base, other = hinges[k, side], hinges[k, 1 - side]
-            edge(x, tangent0, base, a)
-            edge(x, tangent0, other, b)
-            carried(tangent[base], tangent[other], a, spin(x, per_radius, base) + offset[base], c)
+            _both_ends(x, base, other, tangent0, tangent, offset, per_radius, a, b, c)
             cross(b, c, turn)
             sign = 1.0 if base >= x.shape[0] else -1.0
             for i in range(3):

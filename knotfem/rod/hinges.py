@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +13,7 @@ from knotfem.solver.effect import Effect
 
 
 @dataclass
-class Hinged(Effect):
+class Hinged(Effect, ABC):
     """Base of effects with an energy at every hinge.
 
     Args:
@@ -33,13 +34,18 @@ class Hinged(Effect):
     def keys(self, nodes: int) -> np.ndarray:
         return stencil_keys(self.frames.stencils, nodes)
 
+    @abstractmethod
     def clamp_couples(self, x: np.ndarray) -> np.ndarray:
         """Couple of each clamp on its rod [N mm], shape [clamps, 3]."""
-        raise NotImplementedError
+
+    @property
+    def _clamped(self) -> slice:
+        """The hinges of clamps, which are the last."""
+        return slice(len(self.frames.hinges) - len(self.frames.clamps), None)
 
     def _clamps(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Directions left and right of the clamps' hinges, and whether the clamp is on the left, shape [clamps, 3]."""
-        hinges = self.frames.hinges[len(self.frames.hinges) - len(self.frames.clamps) :]
+        hinges = self.frames.hinges[self._clamped]
         tangent = self.frames.current(x)[0]
         left = (hinges[:, 0] >= self.frames.layout.nodes)[:, None]
         return tangent[hinges[:, 0]], tangent[hinges[:, 1]], left

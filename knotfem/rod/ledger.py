@@ -60,17 +60,23 @@ class Ledger:
 
     Attributes:
         energies: as of the last booked step.
-        friction_step, drag_step, damping_step, numerical_step: what the last step took.
+        friction_step, damping_step, numerical_step: what the last step took.
+        drag_by: what each resistance from outside took in it, by name.
     """
 
     mass: np.ndarray | None
     energies: Energies = field(default_factory=Energies)
     friction_step: float = 0.0
-    drag_step: float = 0.0
+    drag_by: dict[str, float] = field(default_factory=dict)
     damping_step: float = 0.0
     numerical_step: float = 0.0
     _before: dict[str, np.ndarray] = field(default_factory=dict, init=False)
     _couples: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)), init=False)
+
+    @property
+    def drag_step(self) -> float:
+        """What all resistances from outside took in the last step."""
+        return sum(self.drag_by.values())
 
     def open(self, system: System, frames: Frames, x: np.ndarray, v: np.ndarray, time: float) -> None:
         """A phase is about to march from x, shape [nodes, 4]; sums go on.
@@ -107,7 +113,7 @@ class Ledger:
             work += 0.5 * float((before_couples[c] + couples[c]) @ turn)
         springs = e.springs
         resisting = dict.fromkeys(e.name for e in system.effects if e.viscous and e.name != INTERNAL_DAMPING)
-        self.drag_step = sum(trapezoidal(name) for name in resisting)
+        self.drag_by = {name: trapezoidal(name) for name in resisting}
         self.damping_step = sum(effect.dissipated for effect in _named(system, INTERNAL_DAMPING))
         self._store(system, x, v)
         self.friction_step = sum(trapezoidal(name) for name in RUBBING) - (e.springs - springs)

@@ -142,7 +142,7 @@ class Twist(Hinged):
     def clamp_couples(self, x: np.ndarray) -> np.ndarray:
         a, b, left = self._clamps(x)
         k = np.cross(a, b) / (1.0 + np.einsum("ki,ki->k", a, b)[:, None])
-        torque = self.torque(x)[len(self.frames.hinges) - len(a) :, None]
+        torque = self.torque(x)[self._clamped, None]
         return torque * np.where(left, np.cross(a, k) - a, b + np.cross(b, k))
 
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:

@@ -134,10 +134,9 @@ class Body:
         """Penalty law in units of the thinnest rod and the softest material."""
         from knotfem.effects.penalty import Penalty
 
-        c = self.scene.contact
-        d = min(rod.scene.diameter for rod in self.rods)
-        modulus = min(rod.scene.material.youngs_modulus for rod in self.rods)
-        return Penalty(c.stiffness_over_modulus * modulus / d, c.ramp_over_diameter * d, c.stick_over_diameter * d)
+        c, d = self.scene.contact, self.scene.diameter
+        stiffness = c.stiffness_over_modulus * self.scene.youngs_modulus / d
+        return Penalty(stiffness, c.ramp_over_diameter * d, c.stick_over_diameter * d)
 
     @property
     def elastic(self) -> list[Effect]:

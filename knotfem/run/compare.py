@@ -66,7 +66,7 @@ class Comparison:
         forces = {c.label: {"displacement_mm": c.displacement, "force_N": c.force} for c in pulled}
         state = self.state
         profiles = {} if state is None else dict(zip(labels, state.profiles, strict=True))
-        radius = 0.5 * min(rod.diameter for rod in self.curves[0].run.scene.rods)
+        radius = 0.5 * self.curves[0].run.scene.diameter
         plot_comparison(
             forces,
             profiles,

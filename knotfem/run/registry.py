@@ -123,7 +123,7 @@ def _contact(module: Any, model: Model) -> Sequence[Effect]:
         [rod.mesh.radius for rod in body.rods],
         [rod.mesh.radius * rod.mesh.node_scale for rod in body.rods],
     )
-    spacing = scene.contact.sample_spacing_over_diameter * min(rod.scene.diameter for rod in body.rods)
+    spacing = scene.contact.sample_spacing_over_diameter * scene.diameter
     return [module.Contact(tubes, make_samples(tubes, spacing), body.law)]
 
 

@@ -43,8 +43,7 @@ class RodAccount(Account):
         self._store(x, v)
         dx = x - start.motion.x
         for effect in self.registered:
-            taken = 0.5 * float(np.sum((before[effect.name] + forces[effect.name]) * dx))
-            e.taken_by[effect.name] = e.taken_by.get(effect.name, 0.0) + taken
+            e.taken_by[effect.name] = e.taken_by.get(effect.name, 0.0) + ledger.drag_by[effect.name]
             e.drag -= e.taken_by[effect.name]
         e.numerical += self._inertial_work(before, forces, step.system.fixed, dx) - (e.kinetic - kinetic)
         return forces

@@ -80,12 +80,11 @@ def rod_spec(laid: LaidRod) -> RodSpec:
 
 def contact_spec(scene: Scene) -> ContactSpec | None:
     """Contact by Hertz's law for the softest rod, or stiffer where the scene says so."""
-    c = scene.contact
+    c, d = scene.contact, scene.diameter
     if not c.enabled:
         return None
     from knotfem.rod.contact import hertz_line_stiffness
 
-    d = min(rod.diameter for rod in scene.rods)
     softest = min((rod.material for rod in scene.rods), key=lambda material: material.youngs_modulus)
     stiffness = c.line_stiffness_over_hertz * hertz_line_stiffness(softest.youngs_modulus, softest.poissons_ratio)
     return ContactSpec(stiffness, rod_friction(scene), c.ramp_over_diameter * d, c.sample_spacing_over_diameter * d)

@@ -107,7 +107,7 @@ class Simulation(ABC):
     @property
     def diameter(self) -> float:
         """Of the thinnest rod [mm]."""
-        return min(rod.scene.diameter for rod in self.rods)
+        return self.scene.diameter
 
     @property
     def force_scale(self) -> float:

@@ -56,6 +56,16 @@ class Scene(Table):
     steps: tuple[Step, ...] = ()
 
     @property
+    def diameter(self) -> float:
+        """Of the thinnest rod, by which lengths are measured [mm]."""
+        return min(rod.diameter for rod in self.rods)
+
+    @property
+    def youngs_modulus(self) -> float:
+        """Of the softest rod, by which stresses are measured [MPa]."""
+        return min(rod.material.youngs_modulus for rod in self.rods)
+
+    @property
     def tying_steps(self) -> tuple[Step, ...]:
         """The relaxing steps at the head: with the mapping, what tying means."""
         count = next((i for i, step in enumerate(self.steps) if not isinstance(step, Relax)), len(self.steps))

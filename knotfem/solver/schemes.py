@@ -26,7 +26,7 @@ class Scheme:
 
     def velocity(self, x: np.ndarray, start: StepStart) -> np.ndarray:
         """Velocity [mm/s] at the end of the step, shape [nodes, 3]; that of the start for a step of no length."""
-        return (x - start.motion.x) / start.dt if start.dt > 0.0 else start.motion.v
+        return self._velocity(x, start) if start.dt > 0.0 else start.motion.v
 
     def velocity_rate(self, dt: float) -> float:
         """Derivative of the velocity with respect to the position [1/s]."""
@@ -34,7 +34,7 @@ class Scheme:
 
     def acceleration(self, x: np.ndarray, start: StepStart) -> np.ndarray:
         """Acceleration [mm/s^2] at the end of the step, shape [nodes, 3]; that of the start for a step of no length."""
-        return np.zeros_like(x)
+        return self._acceleration(x, start) if start.dt > 0.0 else start.motion.a
 
     def acceleration_rate(self, dt: float) -> float:
         """Derivative of the acceleration with respect to the position [1/s^2]."""
@@ -44,6 +44,12 @@ class Scheme:
         """The motion at the end of a step that ended at x."""
         return Motion(x.copy(), self.velocity(x, start), self.acceleration(x, start), start.end)
 
+    def _velocity(self, x: np.ndarray, start: StepStart) -> np.ndarray:
+        return (x - start.motion.x) / start.dt
+
+    def _acceleration(self, x: np.ndarray, start: StepStart) -> np.ndarray:
+        return np.zeros_like(x)
+
 
 @dataclass(frozen=True)
 class BackwardEuler(Scheme):
@@ -51,11 +57,11 @@ class BackwardEuler(Scheme):
 
     inertial: bool = True
 
-    def acceleration(self, x: np.ndarray, start: StepStart) -> np.ndarray:
-        return (self.velocity(x, start) - start.motion.v) / start.dt if start.dt > 0.0 else start.motion.a
-
     def acceleration_rate(self, dt: float) -> float:
         return 1.0 / dt**2
+
+    def _acceleration(self, x: np.ndarray, start: StepStart) -> np.ndarray:
+        return (self._velocity(x, start) - start.motion.v) / start.dt
 
 
 @dataclass(frozen=True)
@@ -66,23 +72,19 @@ class GeneralisedAlpha(Scheme):
     beta: float = 0.25
     gamma: float = 0.5
 
-    def acceleration(self, x: np.ndarray, start: StepStart) -> np.ndarray:
-        m, dt = start.motion, start.dt
-        if dt == 0.0:
-            return m.a
-        return (x - m.x - dt * m.v - dt**2 * (0.5 - self.beta) * m.a) / (self.beta * dt**2)
-
     def acceleration_rate(self, dt: float) -> float:
         return 1.0 / (self.beta * dt**2)
 
-    def velocity(self, x: np.ndarray, start: StepStart) -> np.ndarray:
-        m, dt = start.motion, start.dt
-        if dt == 0.0:
-            return m.v
-        return m.v + dt * ((1.0 - self.gamma) * m.a + self.gamma * self.acceleration(x, start))
-
     def velocity_rate(self, dt: float) -> float:
         return self.gamma / (self.beta * dt)
+
+    def _acceleration(self, x: np.ndarray, start: StepStart) -> np.ndarray:
+        m, dt = start.motion, start.dt
+        return (x - m.x - dt * m.v - dt**2 * (0.5 - self.beta) * m.a) / (self.beta * dt**2)
+
+    def _velocity(self, x: np.ndarray, start: StepStart) -> np.ndarray:
+        m, dt = start.motion, start.dt
+        return m.v + dt * ((1.0 - self.gamma) * m.a + self.gamma * self._acceleration(x, start))
 
 
 def hht(alpha: float) -> GeneralisedAlpha:
