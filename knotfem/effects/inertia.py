@@ -29,6 +29,9 @@ class Inertia(Effect):
     def __post_init__(self) -> None:
         self.name = "inertia"
 
+    def integrate(self, scheme: Scheme) -> None:
+        self.scheme = scheme
+
     def begin(self, start: StepStart) -> None:
         self._start = start
 
@@ -70,6 +73,9 @@ class Drag(Effect):
     def __post_init__(self) -> None:
         self.name = "drag"
         self.viscous = True
+
+    def integrate(self, scheme: Scheme) -> None:
+        self.scheme = scheme
 
     def begin(self, start: StepStart) -> None:
         self._start = start

@@ -69,6 +69,9 @@ class ViscousDrag(Effect):
         self._ends = np.searchsorted(self.nodes, self.edges)
         self._resistance = np.zeros((self.nodes.size, 3, 3))
 
+    def integrate(self, scheme: Scheme) -> None:
+        self.scheme = scheme
+
     def begin(self, start: StepStart) -> None:
         self._start = start
         x = start.motion.x[:, :3]

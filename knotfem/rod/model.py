@@ -48,7 +48,7 @@ class RodModel:
         cylinders: obstacles; they need `contact`.
         gravity: acceleration [mm/s^2], shape [3].
         drag: rate [1/s].
-        scheme: time integration.
+        scheme: time integration; what it is when a phase begins, that phase is integrated by.
         linear_solver: see `knotfem.solver.linear.make_solver`.
         threads: of the linear solver, 0 for its own choice.
 

@@ -11,6 +11,7 @@ from knotfem.run.model import StepSystem
 from knotfem.run.simulation import Simulation
 from knotfem.solver.effect import StepStart
 from knotfem.solver.newton import out_of_balance
+from knotfem.solver.system import System
 
 Forces = dict[str, np.ndarray]
 """Residual of each effect by name."""
@@ -141,26 +142,27 @@ class Account:
             if effect.viscous:
                 e.taken_by[effect.name] = e.taken_by.get(effect.name, 0.0) + work(effect.name)
         self._store(x, v)
-        e.numerical += self._inertial_work(before, forces, fixed, dx) - (e.kinetic - kinetic)
+        e.numerical += self._inertial_work(system, before, forces, dx) - (e.kinetic - kinetic)
         self._forces = forces
         return forces
 
-    def _inertial_work(self, before: Forces, after: Forces, fixed: np.ndarray, dx: np.ndarray) -> float:
+    @staticmethod
+    def _inertial_work(system: System, before: Forces, after: Forces, dx: np.ndarray) -> float:
         """Work on inertia in a step [N mm]; what exceeds the gain in kinetic energy the time integration takes.
 
         The scheme balances inertia against forces that it weighs otherwise than the trapezoidal rule of all works:
         backward Euler those at the end of the step. The work of the difference counts here, also at an end let go.
 
         Args:
+            system: of the step.
             before: residual of each effect at the start of the step, by name.
             after: the same at its end.
-            fixed: prescribed unknowns, shape of dx.
             dx: what the step has moved.
         """
         nothing = np.zeros_like(dx)
         start, end = (f.get("inertia", nothing) for f in (before, after))
         others = sum(after.values(), nothing) - end - (sum(before.values(), nothing) - start)
-        balancing = np.where(fixed, 0.5 * (start + end), end + (0.5 - self.model.scheme.alpha_f) * others)
+        balancing = np.where(system.fixed, 0.5 * (start + end), end + (0.5 - system.scheme.alpha_f) * others)
         return float(np.sum(balancing * dx))
 
     def _static_forces(self, x: np.ndarray) -> dict[str, np.ndarray]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -22,7 +21,6 @@ from knotfem.mesh.rod import RodMesh, extrude
 from knotfem.mesh.section import Section, read_section
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import CURVE_SUFFIXES, Rod
-from knotfem.solver import schemes
 from knotfem.solver.effect import Effect
 
 if TYPE_CHECKING:
@@ -261,14 +259,3 @@ def build_body(scene: Scene, section: Section | None = None) -> Body:
         np.concatenate(sections),
         [warning for rod in rods for warning in rod.target.warnings],
     )
-
-
-def make_scheme(scene: Scene) -> schemes.Scheme:
-    """Time integration scheme of a scene."""
-    kinds: dict[str, Callable[[], schemes.Scheme]] = {
-        "quasi-static": schemes.Scheme,
-        "backward-euler": schemes.BackwardEuler,
-        "hht": lambda: schemes.hht(scene.inertia.hht_alpha),
-        "generalised-alpha": lambda: schemes.generalised_alpha(scene.inertia.spectral_radius),
-    }
-    return kinds[scene.inertia.scheme]()

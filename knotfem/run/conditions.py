@@ -9,6 +9,7 @@ import numpy as np
 from knotfem.errors import InputError
 from knotfem.scene.model import Scene
 from knotfem.scene.steps import Load, Pull, Relax, Step, Turn
+from knotfem.solver import schemes
 
 History = Callable[[float], float]
 """A number as a function of time [s]."""
@@ -81,6 +82,17 @@ def friction_factor(scene: Scene, step: Step, start: float) -> History | None:
         return lambda time: float(factors[-1])
     times = np.array([point.time for point in schedule]) + start
     return lambda time: float(np.interp(time, times, factors))
+
+
+def make_scheme(scene: Scene, step: Step | None = None) -> schemes.Scheme:
+    """Time integration scheme of a step, that of loading steps where none is named."""
+    kinds: dict[str, Callable[[], schemes.Scheme]] = {
+        "quasi-static": schemes.Scheme,
+        "backward-euler": schemes.BackwardEuler,
+        "hht": lambda: schemes.hht(scene.inertia.hht_alpha),
+        "generalised-alpha": lambda: schemes.generalised_alpha(scene.inertia.spectral_radius),
+    }
+    return kinds[scene.inertia.scheme_of(isinstance(step, Relax))]()
 
 
 def drag_rate(scene: Scene, step: Step) -> float:

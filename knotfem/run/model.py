@@ -7,14 +7,22 @@ from importlib import import_module
 
 import numpy as np
 
-from knotfem.run.build import Body, RodBody, make_scheme
-from knotfem.run.conditions import drag_rate, following_sign, force_history, friction_factor, ramp, turn_angle, unit
+from knotfem.run.build import Body, RodBody
+from knotfem.run.conditions import (
+    drag_rate,
+    following_sign,
+    force_history,
+    friction_factor,
+    make_scheme,
+    ramp,
+    turn_angle,
+    unit,
+)
 from knotfem.run.registry import REGISTRY
 from knotfem.scene.steps import Clamped, Driven, Loaded, Pinned, Pull, Step, Turn, Turned
 from knotfem.solver.effect import Effect
 from knotfem.solver.linear import make_solver
 from knotfem.solver.prescribed import Prescribed, driven, held, turned
-from knotfem.solver.schemes import Scheme
 from knotfem.solver.system import System
 
 
@@ -24,13 +32,11 @@ class Model:
 
     Attributes:
         body: rods.
-        scheme: time integration.
         effects: bulk and core first.
         absent: effects that the scene does not call for, each with why.
     """
 
     body: Body
-    scheme: Scheme
     effects: list[Effect]
     absent: dict[str, str] = field(default_factory=dict)
 
@@ -41,7 +47,7 @@ class Model:
 
 def build_model(body: Body) -> Model:
     """Effects of a scene; an absent one is not imported, holds no memory and is not visited."""
-    model = Model(body, make_scheme(body.scene), list(body.elastic))
+    model = Model(body, list(body.elastic))
     for registered in REGISTRY:
         reason = registered.absent(body.scene)
         if reason:
@@ -90,9 +96,8 @@ def step_system(
     for drag in model.named("drag"):
         drag.rate = drag_rate(model.body.scene, step)
     solver = make_solver(model.body.scene.solver.linear, threads)
-    system = System(
-        [*model.effects, *loads], model.body.nodes, solver, model.scheme, prescribed, model.body.shift_weights
-    )
+    scheme = make_scheme(model.body.scene, step)
+    system = System([*model.effects, *loads], model.body.nodes, solver, scheme, prescribed, model.body.shift_weights)
     return StepSystem(system, {motion.label: motion.nodes for motion in prescribed}, drives)
 
 

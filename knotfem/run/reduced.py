@@ -13,7 +13,16 @@ from knotfem.rod.contact_map import ContactMap
 from knotfem.rod.ends import End, EndFrame, clamped, driven, pinned, turned
 from knotfem.rod.model import Side
 from knotfem.run.account import Account
-from knotfem.run.conditions import drag_rate, following_sign, force_history, friction_factor, ramp, turn_angle, unit
+from knotfem.run.conditions import (
+    drag_rate,
+    following_sign,
+    force_history,
+    friction_factor,
+    make_scheme,
+    ramp,
+    turn_angle,
+    unit,
+)  # fmt: skip
 from knotfem.run.mapping import Increment
 from knotfem.run.model import StepSystem
 from knotfem.run.registry import REGISTRY
@@ -54,7 +63,7 @@ class Reduced(Simulation):
         self.effects = self.rod.effects
         self.elastic = [self.rod.stretch, self.rod.bend, self.rod.twist]
         self.absent = {entry.name: reason for entry in REGISTRY if (reason := entry.absent(scene))}
-        self.scheme, self.sections = self.rod.scheme, self.rod.layout.sections
+        self.sections = self.rod.layout.sections
         self.dofs, self.segments = 4 * self.rod.layout.nodes, int(self.rod.layout.edges.size)
         self._frames: dict[Side, EndFrame] | None = {
             (number, side): frame
@@ -122,6 +131,7 @@ class Reduced(Simulation):
             self.rod.friction.factor = friction_factor(self.scene, step, start)
         for drag in self.named("drag"):
             drag.rate = drag_rate(self.scene, step)
+        self.rod.scheme = make_scheme(self.scene, step)
         steps = progress.dt, progress.increment_dt
         system = self.rod.begin(ends)
         progress.dt, progress.increment_dt = steps

@@ -45,7 +45,7 @@ class RodAccount(Account):
         for effect in self.registered:
             e.taken_by[effect.name] = e.taken_by.get(effect.name, 0.0) + ledger.drag_by[effect.name]
             e.drag -= e.taken_by[effect.name]
-        e.numerical += self._inertial_work(before, forces, step.system.fixed, dx) - (e.kinetic - kinetic)
+        e.numerical += self._inertial_work(step.system, before, forces, dx) - (e.kinetic - kinetic)
         return forces
 
     def _static_forces(self, x: np.ndarray) -> dict[str, np.ndarray]:

@@ -10,8 +10,7 @@ from knotfem.effects.registry import ON_RODS, REGISTERED
 from knotfem.errors import InputError
 from knotfem.rod.model import RodModel
 from knotfem.rod.spec import ContactSpec, CylinderSpec, RodSpec
-from knotfem.run.build import make_scheme
-from knotfem.run.conditions import gravity_of
+from knotfem.run.conditions import gravity_of, make_scheme
 from knotfem.run.registry import REGISTRY, obstacle_friction, rod_friction
 from knotfem.run.rod_lay import LaidRod
 from knotfem.scene.model import Scene

@@ -16,7 +16,6 @@ from knotfem.scene.rods import Rod
 from knotfem.scene.steps import Step
 from knotfem.solver.effect import Effect, Motion
 from knotfem.solver.march import Progress
-from knotfem.solver.schemes import Scheme
 from knotfem.tie import CentrelinePath, make_path
 
 if TYPE_CHECKING:
@@ -82,7 +81,6 @@ class Simulation(ABC):
         effects: those that outlive a step, in the order in which they are assembled.
         elastic: those of them that store what deforms the rods.
         absent: effects that the scene does not call for, each with why.
-        scheme: time integration.
         sections: cross-section of each node, see `knotfem.solver.newton.out_of_balance`.
         dofs: unknowns.
         hexes: hexahedra.
@@ -94,7 +92,6 @@ class Simulation(ABC):
     effects: Sequence[Effect]
     elastic: Sequence[Effect]
     absent: dict[str, str]
-    scheme: Scheme
     sections: np.ndarray
     dofs: int
     hexes: int = 0

@@ -40,7 +40,7 @@ class Solid(Simulation):
         self.scene, self.body = scene, build_body(scene, section)
         self.model = build_model(self.body)
         self.rods, self.effects, self.elastic = self.body.rods, self.model.effects, self.body.elastic
-        self.absent, self.scheme, self.sections = self.model.absent, self.model.scheme, self.body.sections
+        self.absent, self.sections = self.model.absent, self.body.sections
         self.dofs, self.hexes = 3 * self.body.nodes, self.body.hexes
 
     def straight(self) -> Motion:
@@ -59,7 +59,7 @@ class Solid(Simulation):
         return Account(self)
 
     def kinetic(self, v: np.ndarray) -> float:
-        return 0.5 * float(np.einsum("n,ni,ni->", self.body.mass, v, v)) if self.scheme.inertial else 0.0
+        return 0.5 * float(np.einsum("n,ni,ni->", self.body.mass, v, v)) if "inertia" not in self.absent else 0.0
 
     def centrelines(self, x: np.ndarray) -> list[np.ndarray]:
         return self.body.centrelines(x)

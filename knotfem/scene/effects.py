@@ -105,10 +105,17 @@ class Inertia(Table):
     Attributes:
         scheme: "quasi-static" has no inertia; "backward-euler" takes the energy of fast motions, "hht" and
             "generalised-alpha" keep that of slow ones.
+        relaxing: that of relax steps, where only the rest is asked for and a scheme that keeps energy rings on; where
+            `scheme` is "quasi-static" they have no inertia either.
         hht_alpha: numerical damping of "hht", 0 for none.
         spectral_radius: at infinite frequency, of "generalised-alpha", 1 for no damping.
     """
 
     scheme: Literal["quasi-static", "backward-euler", "hht", "generalised-alpha"] = "quasi-static"
+    relaxing: Literal["backward-euler", "hht", "generalised-alpha"] = "backward-euler"
     hht_alpha: Annotated[Number, Field(ge=-0.5, le=0.0)] = -0.05
     spectral_radius: Annotated[Number, Field(ge=0.0, le=1.0)] = 0.8
+
+    def scheme_of(self, relaxing: bool) -> str:
+        """Scheme of a step."""
+        return self.relaxing if relaxing and self.scheme != "quasi-static" else self.scheme

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from knotfem.solver.sparsity import Matrix, Pattern
+
+if TYPE_CHECKING:
+    from knotfem.solver.schemes import Scheme
 
 Arrays = dict[str, np.ndarray]
 
@@ -85,6 +89,9 @@ class Effect:
 
     def bind(self, pattern: Pattern) -> None:
         """A new pattern is in force."""
+
+    def integrate(self, scheme: Scheme) -> None:
+        """Velocities and accelerations follow by `scheme`, that of the system that now has the effect."""
 
     def begin(self, start: StepStart) -> None:
         """A time step sets out from an accepted state."""

@@ -170,7 +170,10 @@ class March:
         if p.increment_dt > 0.0:
             move = p.increment * (start.dt / p.increment_dt)
             x = x + self.system.admissible(x, move) * move
-        x, took = newton.solve(self.system, x, start, self.settings, self.sections, p.shift, self.interrupt)
+        try:
+            x, took = newton.solve(self.system, x, start, self.settings, self.sections, p.shift, self.interrupt)
+        except ZeroDivisionError as error:
+            raise StepFailed("strands or nodes lie on each other") from error
         moved = longest_move(x - p.motion.x)
         if moved > MOST_MOVE * self.control.move and start.dt > self.control.smallest:
             raise StepFailed(f"a node moved by {moved:.3g} mm in one step")

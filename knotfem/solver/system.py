@@ -73,6 +73,8 @@ class System:
         self.fixed = np.zeros((nodes, self.width), dtype=bool)
         for motion in self.prescribed:
             self.fixed[motion.nodes, :3] |= np.array(motion.components)
+        for effect in self.effects:
+            effect.integrate(scheme)
         self.clock = Clock()
         self.analyses = 0
         self.factorisations = 0

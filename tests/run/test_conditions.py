@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from knotfem.errors import InputError
-from knotfem.run.conditions import following_sign, force_history, friction_factor, gravity_of, ramp
+from knotfem.run.conditions import following_sign, force_history, friction_factor, gravity_of, make_scheme, ramp
 from knotfem.scene import Scene, load_scene
 from knotfem.scene.steps import Pull
+from knotfem.solver.schemes import BackwardEuler, GeneralisedAlpha, Scheme
 
 HOLD = 'steps=[{kind="relax"},{kind="hold",duration="2 s",friction_schedule=[%s]},{kind="hold",duration="1 s"}]'
 FALLING = '{time="0 s",friction=0.3},{time="2 s",friction=0.15}'
@@ -54,3 +55,26 @@ def test_gravity_acts_along_its_direction():
     scene = load_scene("bowline", ["gravity.direction=[3, 0, 4]"])
     assert gravity_of(scene) == pytest.approx([0.6 * 9810.0, 0.0, 0.8 * 9810.0])
     assert gravity_of(load_scene("overhand")) is None
+
+
+@pytest.mark.parametrize(
+    ("inertia", "relaxing", "loading"),
+    [
+        ("scheme=quasi-static", Scheme, Scheme),
+        ("scheme=backward-euler", BackwardEuler, BackwardEuler),
+        ("scheme=hht", BackwardEuler, GeneralisedAlpha),
+        ("scheme=generalised-alpha", BackwardEuler, GeneralisedAlpha),
+    ],
+)
+def test_relaxing_takes_energy_whatever_loading_keeps(inertia, relaxing, loading):
+    scene = load_scene("overhand", [f"inertia.{inertia}"])
+    relax, pull = scene.steps
+    assert (type(make_scheme(scene, relax)), type(make_scheme(scene, pull))) == (relaxing, loading)
+    assert type(make_scheme(load_scene("overhand", [f"inertia.{inertia}", "inertia.relaxing=hht"]), pull)) is loading
+
+
+def test_a_scene_may_relax_by_a_scheme_that_keeps_energy():
+    scene = load_scene("overhand", ["inertia.scheme=generalised-alpha", "inertia.relaxing=hht"])
+    found = make_scheme(scene, scene.steps[0])
+    assert isinstance(found, GeneralisedAlpha)
+    assert found.alpha_f == pytest.approx(0.05)

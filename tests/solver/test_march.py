@@ -97,6 +97,20 @@ def test_a_failed_step_is_undone_to_the_bit(spring, push):
     assert march.progress.motion.time <= 0.25
 
 
+def test_strands_that_lie_on_each_other_fail_the_step(spring, push):
+    """What compiled loops raise on the way may be no more than a step that is too long."""
+    march = point(spring, push)
+    effect = march.system.effects[1]
+    plain = effect.assemble
+
+    def assemble(x, residual, matrix) -> bool:
+        return plain(x, residual, matrix) if effect.begun[-1] < 0.03 else bool(1 // 0)
+
+    effect.assemble = assemble
+    step = next(iter(march))
+    assert (step.failed, march.last_failure) == (2, "strands or nodes lie on each other")
+
+
 def test_gives_up_at_the_smallest_step(spring, push):
     march = point(spring, push, refuses=lambda start: True)
     with pytest.raises(NotConverged, match="no balance at time 0 s"):
