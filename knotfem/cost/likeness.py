@@ -41,7 +41,7 @@ def frictions_of(scene: Scene) -> tuple[float, float]:
 
 def _meets_itself(scene: Scene) -> bool:
     from knotfem.centerline.measures import strand_clearance
-    from knotfem.run.build import centreline_of
+    from knotfem.run.centreline import centreline_of
 
     (rod,) = scene.rods
     return strand_clearance(centreline_of(rod, rod.slices, scene).points, rod.diameter).distance < NEAR * rod.diameter

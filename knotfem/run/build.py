@@ -4,41 +4,24 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from knotfem import shipped
-from knotfem.centerline import validate
-from knotfem.centerline.curve import interpolate, read_centerline
-from knotfem.centerline.resample import equal_chords
-from knotfem.centerline.smoothing import laplacian
 from knotfem.effects.elasticity import Elasticity
 from knotfem.effects.formulation import lumped_mass, make_formulation, order
 from knotfem.mesh.quadratic import five, quadratic
 from knotfem.mesh.rod import RodMesh, extrude
 from knotfem.mesh.section import Section, read_section
+from knotfem.run.centreline import Centreline, centreline_of
 from knotfem.scene.model import Scene
-from knotfem.scene.rods import CURVE_SUFFIXES, Rod
+from knotfem.scene.rods import Rod
 from knotfem.solver.effect import Effect
 
 if TYPE_CHECKING:
     from knotfem.effects.core import Core
     from knotfem.effects.penalty import Penalty
-
-
-@dataclass(frozen=True, eq=False)
-class Centreline:
-    """Where a rod is to lie when tied.
-
-    Attributes:
-        points: vertices in equal chords [mm], shape [sections, 3].
-        warnings: what deserves one.
-    """
-
-    points: np.ndarray
-    warnings: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,44 +127,6 @@ class Body:
     def centrelines(self, x: np.ndarray) -> list[np.ndarray]:
         """Positions of the axis nodes of each rod, shapes [sections, 3]."""
         return [x[rod.axis_nodes] for rod in self.rods]
-
-
-def centreline_of(rod: Rod, slices: int, scene: Scene) -> Centreline:
-    """Read, smooth, scale, resample, place and check a rod's centreline.
-
-    Raises:
-        InputError: no rod can lie along it.
-    """
-    path = rod.centerline if Path(rod.centerline).suffix in CURVE_SUFFIXES else shipped.centerline_path(rod.centerline)
-    curve = read_centerline(path)
-    raw = None
-    if rod.smoothing.iterations > 0:
-        drawn = equal_chords(curve, slices, rod.length)
-        raw = drawn.points
-        curve = interpolate(laplacian(raw, rod.smoothing.gamma, rod.smoothing.iterations))
-    points = place(equal_chords(curve, slices, rod.length).points, rod)
-    obstacles = [
-        validate.Cylinder((o.point[0], o.point[1], o.point[2]), (o.axis[0], o.axis[1], o.axis[2]), o.diameter)
-        for o in scene.obstacles
-        if scene.contact.enabled
-    ]
-    warnings = validate.check_centerline(
-        points,
-        rod.diameter,
-        obstacles=obstacles,
-        unsmoothed=None if raw is None else place(raw, rod),
-        file=rod.centerline,
-    )
-    return Centreline(points, tuple(warnings))
-
-
-def place(points: np.ndarray, rod: Rod) -> np.ndarray:
-    """Turn and move a scaled curve to where the scene has it, shape [n, 3]."""
-    from scipy.spatial.transform import Rotation
-
-    axis = np.array(rod.rotation.axis, dtype=float)
-    turn = Rotation.from_rotvec(rod.rotation.angle * axis / np.linalg.norm(axis))
-    return turn.apply(points) + np.array(rod.origin)
 
 
 def shipped_section(elements: int, degree: int) -> Section:

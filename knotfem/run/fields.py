@@ -1,29 +1,13 @@
-"""Fields of a state for the time series that ParaView opens."""
+"""Fields of a state of hexahedra for the time series."""
 
 from __future__ import annotations
-
-from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 
 from knotfem.effects.stress import stress_state
 from knotfem.run.model import Model
-from knotfem.run.simulation import SeriesMesh
 
 VOIGT = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
-
-
-def open_series(path: Path, make_mesh: Callable[[], SeriesMesh], steps: int | None):
-    """The series of a run: a new one, or an existing one cut back to `steps`."""
-    from knotfem.report.vtkhdf import VtkHdfSeries
-
-    if steps is not None and path.exists():
-        series = VtkHdfSeries(path)
-        series.truncate(steps)
-        return series
-    mesh = make_mesh()
-    return VtkHdfSeries.create(path, mesh.reference, mesh.cells, point_data=mesh.point_data)
 
 
 def fields(model: Model, x: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:

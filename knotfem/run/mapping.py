@@ -6,12 +6,12 @@ import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from knotfem.centerline.frames import rotation_minimising_frame, tangents
 from knotfem.errors import InputError, NotConverged
-from knotfem.run.build import Body, RodBody
 from knotfem.solver.effect import Motion, StepStart
 from knotfem.solver.linear import make_solver
 from knotfem.solver.newton import Iterations, NewtonSettings, StepFailed, solve
@@ -19,6 +19,9 @@ from knotfem.solver.prescribed import Prescribed
 from knotfem.solver.schemes import Scheme
 from knotfem.solver.system import System
 from knotfem.tie import CentrelinePath, swept_state
+
+if TYPE_CHECKING:
+    from knotfem.run.build import Body, RodBody
 
 LOOSE = 0.1
 """Tolerance [N] of increments on the way, which only show that the solid can follow; the last is solved to the scene's

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from importlib import import_module
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knotfem.run.build import Body, RodBody
 from knotfem.run.conditions import (
     drag_rate,
     following_sign,
@@ -24,6 +24,9 @@ from knotfem.solver.effect import Effect
 from knotfem.solver.linear import make_solver
 from knotfem.solver.prescribed import Prescribed, driven, held, turned
 from knotfem.solver.system import System
+
+if TYPE_CHECKING:
+    from knotfem.run.build import Body, RodBody
 
 
 @dataclass(eq=False)

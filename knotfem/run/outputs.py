@@ -13,9 +13,9 @@ from knotfem.effects.registry import BOOKED_BY_NAME
 from knotfem.run.account import Account, Balance
 from knotfem.run.contacts import CONTACT_COLUMNS, contact_rows
 from knotfem.run.directory import RunDirectory
-from knotfem.run.fields import open_series
 from knotfem.run.mapping import Increment
 from knotfem.run.profile import EXTRA_COLUMNS, tension
+from knotfem.run.series import open_series
 from knotfem.run.simulation import Simulation
 from knotfem.run.summary import Summary
 from knotfem.run.tables import TWIST_COLUMNS, Table, read_table

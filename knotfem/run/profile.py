@@ -1,53 +1,17 @@
-"""Tension along the centreline: rows of tension.csv, and reading them back."""
+"""Tension along the centreline, read back from tension.csv."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from knotfem.errors import InputError
-from knotfem.run.build import Body
 from knotfem.run.directory import RunDirectory
 from knotfem.run.tables import read_table
-from knotfem.section.resultants import resultants
 
 EXTRA_COLUMNS = ("rod", "time_s", "shear_N", "bending_moment_Nmm", "torque_Nmm", "x_mm", "y_mm", "z_mm")
-
-
-def profile_rows(body: Body, x: np.ndarray, time: float, displacement: float) -> Iterator[dict[str, float | str]]:
-    """Rows of tension.csv for one state: a row a section of every rod.
-
-    Args:
-        body: rods, with the pressures and core forces of the state.
-        x: positions [mm], shape [nodes, 3].
-        time: [s].
-        displacement: of the reported end [mm].
-    """
-    for rod in body.rods:
-        r = resultants(x, rod.section_nodes, rod.mesh.section.axis, rod.bulk, rod.core)
-        arclength = np.arange(rod.mesh.slices + 1) * rod.mesh.element_length
-        centre = x[rod.axis_nodes]
-        columns = zip(arclength, r.tension, r.core, r.bulk, r.shear, r.bending_moment, r.torque, centre, strict=True)
-        for s, tension, core, bulk, shear, bending, torque, place in columns:
-            yield {
-                "displacement_mm": displacement,
-                "arclength_mm": float(s),
-                "s_over_L": float(s / arclength[-1]),
-                "tension_N": float(tension),
-                "core_N": float(core),
-                "bulk_N": float(bulk),
-                "rod": rod.scene.name,
-                "time_s": time,
-                "shear_N": float(shear),
-                "bending_moment_Nmm": float(bending),
-                "torque_Nmm": float(torque),
-                "x_mm": float(place[0]),
-                "y_mm": float(place[1]),
-                "z_mm": float(place[2]),
-            }
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ import numpy as np
 from knotfem.centerline.frames import tangents, twist_of
 from knotfem.rod.ends import EndFrame
 from knotfem.rod.rotation import angle_about, nearest_turn, transport
-from knotfem.run.build import Centreline, centreline_of
+from knotfem.run.centreline import Centreline, centreline_of
 from knotfem.run.rod_source import SourceRod, source_rods
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import Rod

@@ -11,7 +11,6 @@ import numpy as np
 
 from knotfem.centerline.frames import tangents
 from knotfem.errors import InputError
-from knotfem.run.build import mesh_of
 from knotfem.run.checkpoint import read_checkpoint
 from knotfem.run.directory import SOURCE, TIED, RunDirectory
 from knotfem.run.files import read_json, write_json
@@ -69,6 +68,8 @@ def _read(scene: Scene) -> list[SourceRod]:
         raise InputError(
             "not tied yet", file=source.path, expected="a run that knotfem tie or pull has brought that far"
         )
+    from knotfem.run.build import mesh_of
+
     path = tied if scene.tie.source_state == "tied" else source.checkpoints.paths()[-1]
     x = np.asarray(read_checkpoint(path).state["progress"]["motion"]["x"])
     rods, first = [], 0

@@ -20,7 +20,7 @@ from knotfem.tie import CentrelinePath, make_path
 
 if TYPE_CHECKING:
     from knotfem.run.account import Account
-    from knotfem.run.build import Centreline
+    from knotfem.run.centreline import Centreline
     from knotfem.run.mapping import Increment
     from knotfem.run.model import StepSystem
 

@@ -14,8 +14,8 @@ from knotfem.run.contacts import solid_contacts
 from knotfem.run.fields import fields
 from knotfem.run.mapping import Increment, mapping
 from knotfem.run.model import StepSystem, build_model, step_system
-from knotfem.run.profile import profile_rows
 from knotfem.run.simulation import Fields, Row, SeriesMesh, Simulation
+from knotfem.run.solid_tables import profile_rows
 from knotfem.run.stepping import newton_settings, threads_of
 from knotfem.scene.model import Scene
 from knotfem.scene.steps import Step

@@ -8,7 +8,7 @@ import pytest
 
 from knotfem.report import pictures
 from knotfem.run.directory import RunDirectory
-from knotfem.run.fields import open_series
+from knotfem.run.series import open_series
 from knotfem.run.simulation import make_simulation
 from knotfem.scene import load_scene
 

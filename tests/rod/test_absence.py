@@ -98,6 +98,7 @@ def test_a_whole_run_imports_no_absent_effect(tmp_path, overrides: tuple[str, ..
     for name, modules in MODULES.items():
         assert bool({f"knotfem.rod.{module}" for module in modules} & found) == (name in present), name
     assert not found & {"knotfem.rod.material", "knotfem.rod.mass"}
+    assert not found & {"knotfem.effects.hexahedra", "knotfem.effects.elasticity", "knotfem.run.build"}
     others = {registered.module for registered in REGISTRY} - {"knotfem.effects.load"}
     assert not found & {module for module in others if module.startswith("knotfem.effects.")}
 

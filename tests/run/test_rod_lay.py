@@ -9,7 +9,8 @@ from knotfem.centerline.frames import rotation_minimising_frame, turn_frames
 from knotfem.errors import InputError
 from knotfem.rod.ends import clamped
 from knotfem.rod.model import RodModel
-from knotfem.run.build import centreline_of, mesh_of
+from knotfem.run.build import mesh_of
+from knotfem.run.centreline import centreline_of
 from knotfem.run.checkpoint import read_checkpoint
 from knotfem.run.directory import SOURCE, TIED, RunDirectory
 from knotfem.run.rod_build import rod_spec
