@@ -75,8 +75,10 @@ def pull(
 def _prepare(source: str, output: Path | None, force: bool, overrides: tuple[str, ...]) -> RunDirectory:
     from knotfem.run.directory import RunDirectory
     from knotfem.scene import load_scene
+    from knotfem.shipped import scene_names
 
-    if not Path(source).is_dir():
+    shipped = source in scene_names() and not RunDirectory.is_run(source)
+    if shipped or not Path(source).is_dir():
         return new_run(load_scene(source, overrides), output, force)
     if output is None:
         return open_run(source, overrides)

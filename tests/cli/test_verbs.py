@@ -106,6 +106,16 @@ def test_pull_a_scene(calls: Calls) -> None:
     assert [(verb, run.path) for verb, _, run in calls] == [("pull", Path("a"))]
 
 
+def test_a_folder_that_is_no_run_does_not_hide_a_shipped_scene(calls: Calls) -> None:
+    Path("bowline/runs").mkdir(parents=True)
+    assert call("pull", "bowline", "-o", "out").exit_code == 0
+    assert [(verb, scene.name, run.path) for verb, scene, run in calls] == [("pull", "bowline", Path("out"))]
+    Path("mine").mkdir()
+    refused = call("pull", "mine")
+    assert refused.exit_code == 3
+    assert "no run is in this folder" in refused.stderr
+
+
 def test_pull_a_run_in_its_place(calls: Calls) -> None:
     call("tie", "bowline", "-o", "a")
     assert call("pull", "a", "--set", "solver.threads=1").exit_code == 0
