@@ -12,37 +12,37 @@ from knotfem.solver.sparsity import Matrix, add_blocks
 
 History = Callable[[float], float]
 """A scalar as a function of time [s]."""
+VectorHistory = Callable[[float], np.ndarray]
+"""A vector, shape [3], as a function of time [s]."""
 
 
 @dataclass
 class EndForce(Effect):
-    """A dead force on a section, shared among its nodes by `weights` (which sum to one).
+    """A dead force on an end, shared among its nodes by `weights` (which sum to one).
 
     Args:
         nodes: shape [n].
         weights: shape [n].
-        direction: unit vector, shape [3].
-        magnitude: force [N] as a function of time.
+        force: [N] as a function of time, shape [3].
     """
 
     nodes: np.ndarray
     weights: np.ndarray
-    direction: np.ndarray
-    magnitude: History
-    _force: float = field(default=0.0, init=False)
+    force: VectorHistory
+    _now: np.ndarray = field(default_factory=lambda: np.zeros(3), init=False)
 
     def __post_init__(self) -> None:
         self.name = "load"
 
     def begin(self, start: StepStart) -> None:
-        self._force = self.magnitude(start.end)
+        self._now = np.asarray(self.force(start.end), dtype=float)
 
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
-        residual[self.nodes] -= self._force * self.weights[:, None] * self.direction
+        residual[self.nodes, :3] -= self.weights[:, None] * self._now
         return True
 
     def merit(self, x: np.ndarray) -> float:
-        return -self._force * float(self.weights @ (x[self.nodes] @ self.direction))
+        return -float(self.weights @ (x[self.nodes, :3] @ self._now))
 
 
 @dataclass

@@ -75,28 +75,6 @@ def turned(frame: EndFrame, axis: np.ndarray, angle: History, held: bool = True)
 
 
 @dataclass
-class EndForce(Effect):
-    """A dead force [N] on a node."""
-
-    node: int
-    force: Place
-    _now: np.ndarray = field(default_factory=lambda: np.zeros(3), init=False)
-
-    def __post_init__(self) -> None:
-        self.name = "load"
-
-    def begin(self, start: StepStart) -> None:
-        self._now = np.asarray(self.force(start.end), dtype=float)
-
-    def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
-        residual[self.node, :3] -= self._now
-        return True
-
-    def merit(self, x: np.ndarray) -> float:
-        return -float(x[self.node, :3] @ self._now)
-
-
-@dataclass
 class FollowingForce(Effect):
     """A force [N] on the node `outer` along the edge from `inner` to it."""
 

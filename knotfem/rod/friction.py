@@ -130,8 +130,8 @@ class Friction(Effect):
     def _anchor(self, x: np.ndarray, chosen: np.ndarray) -> None:
         c, s = self.contact, self.contact.samples
         kernels.anchor_pairs(
-            x, self.frames.material_arrays, c.layout.first, s.base, s.weights, s.share, c.points, c.pairs, c.u,
-            chosen, self.own, self.anchor_u, self.anchor,
+            x, self.frames.material_arrays, c.layout.first, c.layout.radius, s.rod, s.base, s.weights, s.share,
+            c.points, c.pairs, c.u, chosen, self.own, self.anchor_u, self.anchor,
         )  # fmt: skip
         c.anchor_u = self.anchor_u
 

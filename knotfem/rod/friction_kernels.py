@@ -1,6 +1,6 @@
 """Compiled loops of Coulomb friction between strands, and of strands with a cylinder.
 
-A pair remembers one material point of each strand that lay at the contact's middle when the last step was accepted,
+A pair remembers one material point of each strand that lay where they touch when the last step was accepted,
 and the elastic slip of then. With z their difference now (slave minus master), T = I - n n^T and (g1, g2) the basis of
 the contact plane along the slave's tangent and across it,
 
@@ -260,9 +260,13 @@ def sliding_work(stiffness, before, after, trial):
 
 @njit(cache=True)
 def anchor_pairs(
-    x, frames, first, sample_base, sample_weights, sample_share, points, pairs, u, chosen, own, anchor_u, anchor
-):
-    """Take both material points of the chosen pairs anew, at the middle of the present contact."""
+    x, frames, first, radius, sample_rod, sample_base, sample_weights, sample_share, points, pairs, u, chosen, own,
+    anchor_u, anchor,
+):  # fmt: skip
+    """Take both material points of the chosen pairs anew, where the present contact divides the way between the axes.
+
+    That way is divided as the radii are: two rods that roll on each other turn inversely as those.
+    """
     w, C, q, n = np.empty((3, 3)), np.empty((3, 3)), np.empty(3), np.empty(3)
     nodes, B, Bd, d = np.empty(6, np.int64), np.empty(6), np.empty(6), np.empty(3)
     V, L = material.workspace()
@@ -274,13 +278,14 @@ def anchor_pairs(
             x, first[rod], first[rod + 1] - first[rod], points[s], u[k], sample_base[s], sample_weights[s], w, C, q, n,
             nodes, B, Bd,
         )  # fmt: skip
+        part = radius[sample_rod[s]] / (radius[sample_rod[s]] + radius[rod])
         for i in range(3):
-            d[i] = -0.5 * q[i]
+            d[i] = -part * q[i]
         own[k, 0] = material.material_angle(x, sample_base[s], sample_share[s], frames, d, V, L)
         own[k, 2] = dot(d, V[material.T])
         own[k, 1] = np.sqrt(max(dot(d, d) - own[k, 2] ** 2, 0.0))
         for i in range(3):
-            d[i] = 0.5 * q[i]
+            d[i] = (1.0 - part) * q[i]
         anchor_u[k] = u[k]
         lies = hinge_share(u[k], base - first[rod])
         anchor[k, 0] = material.material_angle(x, base, lies, frames, d, V, L)

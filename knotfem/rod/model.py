@@ -13,7 +13,7 @@ from knotfem.centerline.frames import tangents
 from knotfem.errors import InputError
 from knotfem.rod.bend import Bend
 from knotfem.rod.contact_map import ContactMap, contact_map
-from knotfem.rod.ends import End, EndForce, EndFrame, FollowingForce
+from knotfem.rod.ends import End, EndFrame, FollowingForce
 from knotfem.rod.frames import Clamp, Frames
 from knotfem.rod.layout import RodLayout, make_layout
 from knotfem.rod.ledger import Ledger
@@ -163,6 +163,7 @@ class RodModel:
         mu, friction = np.broadcast_to(np.asarray(cylinder.friction, dtype=float), (self.layout.rods,)).copy(), None
         if mu.max() > 0.0:
             friction = CylinderFriction(touching, self.frames, mu, spec.tangential * stiffness)
+            friction.number = len(self.cylinders) + 1
             self.effects.append(friction)
         self.cylinders.append((touching, friction))
 
@@ -237,7 +238,9 @@ class RodModel:
             if end.orientation is not None:
                 clamps.append(Clamp(node, end.orientation))
             if end.force is not None:
-                loads.append(EndForce(node, end.force))
+                from knotfem.effects.load import EndForce
+
+                loads.append(EndForce(np.array([node]), np.ones(1), end.force))
             if end.following is not None:
                 loads.append(FollowingForce(inner, node, end.following))
         self._ends = dict(ends)

@@ -90,7 +90,7 @@ class Account:
     def __init__(self, model: Simulation) -> None:
         self.model = model
         self.registered = [effect for effect in model.effects if effect.name in REGISTERED]
-        self._viscous = [effect.name for effect in model.effects if effect.viscous]
+        self._viscous = list(dict.fromkeys(effect.name for effect in model.effects if effect.viscous))
         self.energies = Energies()
         self.end_forces: dict[str, list[float]] = {}
         self._forces: dict[str, np.ndarray] = {}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import TypeVar
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from knotfem.solver import schemes
 
 History = Callable[[float], float]
 """A number as a function of time [s]."""
+Size = TypeVar("Size", float, np.ndarray)
 
 
 def unit(vector: Sequence[float] | np.ndarray) -> np.ndarray:
@@ -37,8 +39,8 @@ def turn_angle(turns: float, step: Turn, start: float) -> History:
     return lambda time: 2.0 * np.pi * turns * min(1.0, (time - start) / step.duration)
 
 
-def force_history(force: float, before: float, step: Step, start: float) -> History:
-    """Force on a loaded end [N], which was `before` when the step began at `start` [s]."""
+def force_history(force: Size, before: Size, step: Step, start: float) -> Callable[[float], Size]:
+    """Force on a loaded end [N], a number or a vector, which was `before` when the step began at `start` [s]."""
     if not isinstance(step, Load):
         return lambda time: force
     return lambda time: before + (force - before) * min(1.0, (time - start) / step.duration)

@@ -256,14 +256,10 @@ class Driver:
         start = self.motion
         return Underway(step, start.time, start.x.copy(), self._forces_before(step), march.Progress.at(start))
 
-    def _forces_before(self, step: Step) -> dict[str, float]:
-        """Force on each end in the direction in which a coming step loads it."""
-        ends = {f"{rod}.{side}": end for (rod, side), end in step.all_ends().items() if isinstance(end, Loaded)}
-        forces = {}
-        for label, end in ends.items():
-            direction = np.array(end.direction) / np.linalg.norm(end.direction)
-            forces[label] = float(np.array(self.account.end_forces.get(label, (0.0, 0.0, 0.0))) @ direction)
-        return forces
+    def _forces_before(self, step: Step) -> dict[str, np.ndarray]:
+        """Force on each end that a coming step loads, where there was one."""
+        ends = {f"{rod}.{side}" for (rod, side), end in step.all_ends().items() if isinstance(end, Loaded)}
+        return {label: np.array(force) for label, force in self.account.end_forces.items() if label in ends}
 
     def _lost(self, step: Step) -> bool:
         """Whether a knot has come undone: an error in a step that must hold, of interest besides in a release."""

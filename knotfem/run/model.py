@@ -76,7 +76,7 @@ class StepSystem:
 
 
 def step_system(
-    model: Model, step: Step, start: float, x: np.ndarray, before: dict[str, float], threads: int
+    model: Model, step: Step, start: float, x: np.ndarray, before: dict[str, np.ndarray], threads: int
 ) -> StepSystem:
     """Equations of a step.
 
@@ -85,7 +85,7 @@ def step_system(
         step: what happens to the ends.
         start: time at which the step begins [s].
         x: positions at that time [mm], shape [nodes, 3].
-        before: force of each loaded end in the step before [N], by label.
+        before: force on each loaded end when the step begins [N], by label, shape [3]; none for an end that bore none.
         threads: of the linear solver.
     """
     prescribed: list[Prescribed] = []
@@ -129,11 +129,14 @@ def _add_end(rod: RodBody, side: str, step: Step, start, x, before, prescribed, 
             from knotfem.effects.load import EndForce, FollowingForce
 
             direction = unit(end.direction)
-            history = force_history(end.force, before.get(label, 0.0), step, start)
+            bore = before.get(label, np.zeros(3))
             if end.following:
                 other = rod.axis_nodes[1 if side == "start" else -2]
-                weights = following_sign(direction, x[axis] - x[other], label) * rod.end_weights()
-                loads.append(FollowingForce(nodes, weights, int(other), int(axis), history))
+                outward = unit(x[axis] - x[other])
+                sign = following_sign(direction, outward, label)
+                history = force_history(end.force, sign * float(bore @ outward), step, start)
+                loads.append(FollowingForce(nodes, sign * rod.end_weights(), int(other), int(axis), history))
             else:
-                loads.append(EndForce(nodes, rod.end_weights(), direction, history))
+                force = force_history(end.force * direction, bore, step, start)
+                loads.append(EndForce(nodes, rod.end_weights(), force))
             drives.append((label, nodes, direction))

@@ -95,7 +95,7 @@ class Reduced(Simulation):
             yield Increment(mapping_time, stretch, 0, True, time.perf_counter() - began, x, float("nan"))
 
     def equations(
-        self, step: Step, start: float, origin: np.ndarray, before: dict[str, float], progress: Progress
+        self, step: Step, start: float, origin: np.ndarray, before: dict[str, np.ndarray], progress: Progress
     ) -> StepSystem:
         self.rod.progress = progress
         frames = self._begun = self._end_frames()
@@ -188,10 +188,12 @@ class Reduced(Simulation):
 
 def _load(
     end: Loaded, direction: np.ndarray, frame: EndFrame, side: str, label: str, step: Step, start: float,
-    before: dict[str, float],
+    before: dict[str, np.ndarray],
 ) -> End:  # fmt: skip
-    history = force_history(end.force, before.get(label, 0.0), step, start)
+    bore = before.get(label, np.zeros(3))
     if not end.following:
-        return End(force=lambda time: history(time) * direction)
-    sign = following_sign(direction, -frame.tangent if side == "start" else frame.tangent, label)
+        return End(force=force_history(end.force * direction, bore, step, start))
+    outward = -frame.tangent if side == "start" else frame.tangent
+    sign = following_sign(direction, outward, label)
+    history = force_history(end.force, sign * float(bore @ outward), step, start)
     return End(following=lambda time: sign * history(time))

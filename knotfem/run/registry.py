@@ -143,8 +143,13 @@ def _cylinder(module: Any, model: Model) -> Sequence[Effect]:
 
 
 def _cylinder_friction(module: Any, model: Model) -> Sequence[Effect]:
+    rubbing = []
     pairs = zip(model.named("cylinder"), obstacle_friction(model.body.scene), strict=True)
-    return [module.CylinderFriction(cylinder, mu) for cylinder, mu in pairs if mu.max() > 0.0]
+    for number, (cylinder, mu) in enumerate(pairs, 1):
+        if mu.max() > 0.0:
+            rubbing.append(module.CylinderFriction(cylinder, mu))
+            rubbing[-1].number = number
+    return rubbing
 
 
 def _whole(name: str, module: str) -> Registered:

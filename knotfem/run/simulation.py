@@ -160,7 +160,7 @@ class Simulation(ABC):
 
     @abstractmethod
     def equations(
-        self, step: Step, start: float, origin: np.ndarray, before: dict[str, float], progress: Progress
+        self, step: Step, start: float, origin: np.ndarray, before: dict[str, np.ndarray], progress: Progress
     ) -> StepSystem:
         """Equations of a step.
 
@@ -168,7 +168,7 @@ class Simulation(ABC):
             step: what happens to the ends.
             start: time at which the step begins [s].
             origin: state at that time, shape [nodes, unknowns].
-            before: force of each loaded end in the step before [N], by label.
+            before: force on each loaded end when the step begins [N], by label, shape [3].
             progress: where the march sets out, later than `start` where the step is resumed.
         """
 

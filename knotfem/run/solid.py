@@ -51,7 +51,7 @@ class Solid(Simulation):
         return mapping(self.body, paths, self.mapping_times, settings, threads, linear_solver)
 
     def equations(
-        self, step: Step, start: float, origin: np.ndarray, before: dict[str, float], progress: Progress
+        self, step: Step, start: float, origin: np.ndarray, before: dict[str, np.ndarray], progress: Progress
     ) -> StepSystem:
         return step_system(self.model, step, start, origin, before, threads_of(self.scene))
 

@@ -90,14 +90,14 @@ class Underway:
         step: of the scene.
         began: when [s].
         origin: state at that time, shape [nodes, unknowns].
-        before: force of each loaded end at that time [N], by label.
+        before: force on each loaded end at that time [N], by label, shape [3].
         progress: how far the march has come.
     """
 
     step: Step
     began: float
     origin: np.ndarray
-    before: dict[str, float]
+    before: dict[str, np.ndarray]
     progress: march.Progress
 
     @classmethod
@@ -107,13 +107,13 @@ class Underway:
         Raises:
             InputError: it lacks the forces that a load sets out from.
         """
-        if isinstance(step, Load) and "before" not in state:
+        before = state.get("before", {})
+        if isinstance(step, Load) and ("before" not in state or any(np.ndim(force) == 0 for force in before.values())):
             raise InputError(
                 "the checkpoint is of an older version, without the forces at the start of the load",
                 key=f"steps.{step.name}",
                 expected="a new run",
             )
-        before = state.get("before", {})
         return cls(step, float(state["began"]), state["origin"], before, restored_progress(state))
 
     def stored(self) -> dict[str, Any]:

@@ -72,11 +72,13 @@ class Effect:
     Attributes:
         symmetric: whether the tangent is symmetric.
         viscous: whether it is a resistance, which takes work and is nothing at rest.
+        number: of what it belongs to, from 1 on, where effects of its name may be absent from others; 0 for none.
     """
 
     name: str = field(default="", init=False)
     symmetric: bool = field(default=True, init=False)
     viscous: bool = field(default=False, init=False)
+    number: int = field(default=0, init=False)
 
     @property
     def sound(self) -> bool:

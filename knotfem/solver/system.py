@@ -269,10 +269,10 @@ class System:
 
 
 def labelled(effects: Sequence[Effect]) -> list[tuple[str, Effect]]:
-    """Effects with labels of their own: name and place among those of the same name."""
+    """Effects with labels of their own: name and number, or else place among those of the same name."""
     seen: dict[str, int] = {}
     result = []
     for effect in effects:
         seen[effect.name] = seen.get(effect.name, 0) + 1
-        result.append((f"{effect.name}-{seen[effect.name]}", effect))
+        result.append((f"{effect.name}-{effect.number or seen[effect.name]}", effect))
     return result

@@ -45,8 +45,8 @@ def elastica(
     """Dead transverse tip load a = P L^2 / EI on a cantilever of L / r = 120."""
     rod = make_rod(120.0, slices, radius=1.0, section=section, element=element)
     force = load * rod.bending / 120.0**2
-    end = EndForce(rod.sections[-1], rod.end_weights, X_AXIS, lambda t: force * t)
-    reaction = EndForce(rod.sections[0], rod.end_weights, -X_AXIS, lambda t: force * t)
+    end = EndForce(rod.sections[-1], rod.end_weights, lambda t: force * t * X_AXIS)
+    reaction = EndForce(rod.sections[0], rod.end_weights, lambda t: -force * t * X_AXIS)
     line = loaded(rod, [end, reaction])
     t = line[-1] - line[-2]
     return [
@@ -59,7 +59,7 @@ def elastica(
 def sagging(rod: Rod, g: float) -> float:
     """Sag [mm] of the tip under the rod's own weight."""
     weight = g * rod.mass.sum()
-    reaction = EndForce(rod.sections[0], rod.end_weights, -X_AXIS, lambda t: weight * t)
+    reaction = EndForce(rod.sections[0], rod.end_weights, lambda t: -weight * t * X_AXIS)
     return float(loaded(rod, [GrowingWeight(rod.mass, g * X_AXIS), reaction])[-1, 0])
 
 

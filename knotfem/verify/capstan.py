@@ -88,7 +88,7 @@ class Draped:
         stiffness = rod.youngs * rod.area * rod.end_weights
         if rod.core is not None:
             stiffness[rod.mesh.section.axis] += rod.core.axial_stiffness
-        return EndForce(rod.sections[end], stiffness / stiffness.sum(), DOWN, lambda time: size * min(time, 1.0))
+        return EndForce(rod.sections[end], stiffness / stiffness.sum(), lambda time: size * min(time, 1.0) * DOWN)
 
     def march(self, loads: list[Effect], prescribed: list[Prescribed], stop: float, motion: Motion) -> March:
         """Steps under loads, from a motion."""
@@ -222,10 +222,10 @@ def hung(forces: list[float]) -> list[Quantity]:
     middle = rod.mesh.slices // 2
     times = 1.0 + np.arange(len(forces))
 
-    def weight(time: float) -> float:
-        return float(np.interp(time, times, forces))
+    def weight(time: float) -> np.ndarray:
+        return np.interp(time, times, forces) * DOWN
 
-    loads: list[Effect] = [EndForce(rod.sections[k], rod.end_weights, DOWN, weight) for k in (0, -1)]
+    loads: list[Effect] = [EndForce(rod.sections[k], rod.end_weights, weight) for k in (0, -1)]
     top, spoke = rod.axis[[middle]], rod.sections[middle][rod.mesh.section.ring[:1]]
     ends = rod.axis[[0, -1]]
     supports = [

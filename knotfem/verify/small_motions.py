@@ -60,7 +60,7 @@ def pinned(share: float) -> tuple[float, float]:
         Prescribed(spoke, lambda time: X[spoke], components=(False, True, False)),
     ]
     presses = [
-        EndForce(rod.sections[end], rod.end_weights, np.array([0.0, 0.0, sign]), lambda t: load)
+        EndForce(rod.sections[end], rod.end_weights, lambda t, sign=sign: np.array([0.0, 0.0, sign * load]))
         for end, sign in ((0, 1.0), (-1, -1.0))
     ]
     x, system, _ = static([*rod.effects, *presses], X, supports, rod.section_index)

@@ -124,7 +124,7 @@ def cook(cells: int, tip: float) -> list[Quantity]:
     share = np.full(cells + 1, 0.5 / cells)
     share[[0, -1]] *= 0.5
     left, right = (np.concatenate([edge, edge + count]) for edge in (i[0], i[-1]))
-    load = EndForce(right, np.concatenate([share, share]), np.array([0.0, 1.0, 0.0]), lambda t: 100.0 * t)
+    load = EndForce(right, np.concatenate([share, share]), lambda t: np.array([0.0, 100.0 * t, 0.0]))
     flatness = Prescribed(np.arange(2 * count), lambda time: X, components=(False, False, True))
     system = System([bulk, load], 2 * count, make_solver("auto"), Scheme(), [held(left, X[left]), flatness])
     index = np.zeros(2 * count, dtype=int)

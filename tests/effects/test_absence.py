@@ -85,7 +85,7 @@ ZERO: dict[str, Callable[[Bench], tuple[list[Effect], Effect]]] = {
     "drag": lambda b: ([], Drag(b.mass, 0.0, b.scheme)),
     "gravity": lambda b: ([], Gravity(b.mass, np.zeros(3))),
     "viscous_drag": lambda b: ([], ViscousDrag(_edges(b), np.full(12, LENGTH / 6), 0.0, 0.0, b.scheme)),
-    "load": lambda b: ([], EndForce(b.rods[0].sections[3], b.rods[0].end_weights, np.eye(3)[1], lambda time: 0.0)),
+    "load": lambda b: ([], EndForce(b.rods[0].sections[3], b.rods[0].end_weights, lambda time: np.zeros(3))),
     "following load": lambda b: (
         [],
         FollowingForce(b.rods[0].sections[3], b.rods[0].end_weights, *b.rods[0].axis[[2, 3]], lambda time: 0.0),

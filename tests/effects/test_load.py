@@ -31,7 +31,7 @@ def following(rod, x, weights=None) -> FollowingForce:
 
 def test_dead_force_is_shared_and_derives_from_its_merit(rod, x):
     direction = np.array([0.6, 0.0, 0.8])
-    load = begin(EndForce(rod.sections[-1], rod.end_weights, direction, lambda time: 1.5 * time), x)
+    load = begin(EndForce(rod.sections[-1], rod.end_weights, lambda time: 1.5 * time * direction), x)
     f = residual([load], x)
     np.testing.assert_allclose(f.sum(axis=0), -3.0 * direction)
     assert np.abs(f[rod.sections[:-1]]).max() == 0.0

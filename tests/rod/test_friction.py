@@ -77,19 +77,25 @@ def test_spinning_strand_rubs():
     np.testing.assert_allclose(f, [0.3 * normal, 0.0, 0.0], atol=0.02 * normal)
 
 
-@pytest.mark.parametrize("step", [0.02, 0.1])
-def test_rolling_does_not_slip(step):
-    """A strand rolls round an equal one: while its centre turns by beta, it spins by 2 beta."""
+@pytest.mark.parametrize(
+    ("step", "radius"), [(0.02, RADIUS), (0.1, RADIUS), (0.02, 0.5 * RADIUS), (0.02, 1.5 * RADIUS)]
+)
+def test_rolling_does_not_slip(step, radius):
+    """A strand rolls round another: while its centre turns by beta, it spins by beta (1 + the ratio of their radii).
+
+    Of unlike ones the chords differ from the arcs, by a third power of the step.
+    """
     points = line(10, 20.0, axis=1)
-    depth = 2 * RADIUS - 0.2
-    model = RodModel([spec(points), spec(points + np.array([0.0, 0.0, depth]))], contact(friction=0.3))
+    depth = RADIUS + radius - 0.2
+    rods = [spec(points), spec(points + np.array([0.0, 0.0, depth]), radius=radius)]
+    model = RodModel(rods, contact(friction=0.3))
     model.begin({})
     beta = 0.0
     for _ in range(int(1.0 / step)):
         beta += step
         x = model.x.copy()
         x[model.layout.of(1), 0], x[model.layout.of(1), 2] = depth * np.sin(beta), depth * np.cos(beta)
-        x[model.layout.of(1), 3] += 2.0 * step * RADIUS
+        x[model.layout.of(1), 3] += (1.0 + RADIUS / radius) * step * radius
         f = carried(model, x)
     stick = 0.3 * 0.2 * RUBBER / (2 / 3 * RUBBER)
     slip = np.linalg.norm(model.friction.stored[model.contact.force > 0.0], axis=1).max()

@@ -93,7 +93,7 @@ def test_solution_vanishes_where_prescribed_and_shift_acts_by_weight(spring):
 def test_forces_by_name_sum_to_the_residual():
     rod = make_rod(6.0, 4, core_stiffness=50.0)
     x = 1.01 * rod.mesh.nodes
-    loads = [EndForce(rod.sections[k], rod.end_weights, np.array([0.0, 0.0, 1.0]), lambda t: t) for k in (0, -1)]
+    loads = [EndForce(rod.sections[k], rod.end_weights, lambda t: np.array([0.0, 0.0, t])) for k in (0, -1)]
     system = System([*rod.effects, *loads], len(x), make_solver("superlu"), Scheme())
     system.begin(StepStart(Motion.at_rest(x), 1.0))
     forces = system.forces(x)

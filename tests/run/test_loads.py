@@ -1,0 +1,58 @@
+"""Forces on ends, in either model: what they set out from and what they become."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from knotfem.run.simulation import make_simulation
+from knotfem.scene import load_scene
+from knotfem.solver.effect import Motion, StepStart
+from knotfem.solver.march import Progress
+
+COARSE = ("rods.0.mesh.section_elements=4", "rods.0.mesh.element_length=10 mm", "solver.threads=1")
+STEP = 'steps=[{kind="load", duration="2 s", ends={rod={end={%s}}}}]'
+LOADED = 'motion="loaded", force="%g N", direction=%s, following=%s'
+TURN = np.array([[1.0, 0.0, 0.0], [0.0, 0.8, -0.6], [0.0, 0.6, 0.8]])
+
+
+def force_in(model: str, force: float, direction: str, following: str, before: np.ndarray, time: float) -> np.ndarray:
+    """Force of a load step on the end of a turned straight rod, which bore `before`, after so many seconds."""
+    scene = load_scene("cantilever", [*COARSE, f"model={model}", STEP % (LOADED % (force, direction, following))])
+    simulation = make_simulation(scene)
+    x = simulation.straight().x.copy()
+    if model == "fem":
+        x = np.concatenate([rod.mesh.nodes for rod in simulation.rods])
+    x[:, :3] = x[:, :3] @ TURN.T
+    motion = Motion.at_rest(x)
+    made = simulation.equations(scene.steps[0], 0.0, x, {"rod.end": before}, Progress.at(motion)).system
+    (load,) = [effect for effect in made.effects if effect.name == "load"]
+    load.begin(StepStart(motion, time))
+    residual = np.zeros_like(x)
+    load.assemble(x, residual, None)
+    made.close()
+    return -residual[:, :3].sum(axis=0)
+
+
+@pytest.mark.parametrize("model", ["fem", "rod"])
+def test_a_dead_load_goes_from_the_force_that_was_there_to_its_own(model: str) -> None:
+    """Turned by a right angle too, no jump."""
+    before, after = np.array([0.0, 0.0, -0.01]), np.array([0.0, 0.03, 0.0])
+    for time, share in ((0.0, 0.0), (0.5, 0.25), (2.0, 1.0), (3.0, 1.0)):
+        found = force_in(model, 0.03, "[0, 1, 0]", "false", before, time)
+        np.testing.assert_allclose(found, (1.0 - share) * before + share * after, atol=1e-12)
+
+
+@pytest.mark.parametrize("model", ["fem", "rod"])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_following_load_of_the_same_size_stays_as_it_was(model: str, sign: float) -> None:
+    """Its end has turned away from the direction that the scene names."""
+    scene = load_scene("cantilever", [*COARSE, f"model={model}"])
+    start = make_simulation(scene).straight().x
+    along = start[-1, :3] - start[0, :3] if model == "rod" else np.array([0.0, 0.0, 1.0])
+    along /= np.linalg.norm(along)
+    tangent = along if model == "rod" else TURN @ along
+    direction = str((sign * (tangent + 0.3 * np.cross(tangent, [0.0, 0.6, 0.8]))).tolist())
+    for time in (0.0, 1.0, 2.0):
+        found = force_in(model, 0.02, direction, "true", sign * 0.02 * tangent, time)
+        np.testing.assert_allclose(found, sign * 0.02 * tangent, atol=1e-9)
