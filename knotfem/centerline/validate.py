@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import combinations
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,6 +17,7 @@ from knotfem.centerline.measures import (
     arclength,
     curvature,
     cylinder_clearance,
+    rod_clearance,
     strand_clearance,
     turning_angles,
 )
@@ -33,6 +35,9 @@ CLOSE = 1.05
 
 TOUCHING = 1e-6
 """Overlap, in diameters, that still counts as touching."""
+
+DEEPEST = 0.9
+"""Distance of two rods' centrelines, in diameters, down to which they may begin pressed together."""
 
 
 class Cylinder(NamedTuple):
@@ -86,6 +91,36 @@ def check_centerline(
     for number, obstacle in enumerate(obstacles, start=1):
         _check_obstacle(x, diameter, obstacle, number, file)
     return [] if unsmoothed is None else _smoothing_warnings(drawn, x, diameter, file)
+
+
+def check_apart(lines: Sequence[Array], diameters: Sequence[float], names: Sequence[str]) -> list[str]:
+    """Refuse rods that overlap each other by more than a tenth of their mean diameter; a warning for less.
+
+    Args:
+        lines: centrelines, shapes (n, 3), mm.
+        diameters: of the rods, mm.
+        names: of the rods, for the messages.
+
+    Raises:
+        InputError: two rods overlap by more.
+    """
+    warnings = []
+    for i, j in combinations(range(len(lines)), 2):
+        touching = 0.5 * (diameters[i] + diameters[j])
+        closest = rod_clearance(lines[i], lines[j])
+        if closest.distance >= (1.0 - TOUCHING) * touching:
+            continue
+        places = [
+            f"s/L = {arclength(line)[edge] / arclength(line)[-1]:.3f} of {name}"
+            for line, edge, name in ((lines[i], closest.i, names[i]), (lines[j], closest.j, names[j]))
+        ]
+        if closest.distance < DEEPEST * touching:
+            problem = f"the rod overlaps {names[i]}: {' and '.join(places)} (distance of centrelines)"
+            expected = f"at least {touching:.4g} mm ({DEEPEST * touching:.4g} mm where they begin pressed together)"
+            raise InputError(problem, key=f"rods.{j}", found=f"{closest.distance:.4g} mm", expected=expected)
+        overlap = f"{touching - closest.distance:.3g} mm"
+        warnings.append(f"{names[j]} and {names[i]} overlap by {overlap}: {' and '.join(places)}")
+    return warnings
 
 
 def _check_open(x: Array, diameter: float, file: str | Path | None) -> None:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from pathlib import Path
 
 from knotfem.cost.likeness import class_of, frictions_of, window_of
 from knotfem.cost.records import Record, Setting, stored
 from knotfem.cost.tables import duration
 from knotfem.errors import InputError
+from knotfem.run.directory import RunDirectory
 from knotfem.scene.load import load_scene
 from knotfem.scene.model import Scene
 
@@ -41,7 +41,7 @@ def parse_share(text: str) -> float:
 
 
 def recommended(scene: Scene, target: float, records: Sequence[Record]) -> tuple[Record, Setting]:
-    """The cheapest settings within a target: of the scene itself where it was measured, else of the nearest alike.
+    """The cheapest settings within a target: of the scene itself where it was measured as it is, else of the nearest.
 
     Errors against the limit of the scene's own model count, and those of its model against hexahedra. A scene that
     names its model keeps it.
@@ -56,7 +56,7 @@ def recommended(scene: Scene, target: float, records: Sequence[Record]) -> tuple
     """
     kind = class_of(scene)
     alike = [record for record in records if record.scene_class == kind]
-    own = [record for record in alike if record.scene == scene.name]
+    own = [record for record in alike if not _differences(scene, record)]
     found = _promised(scene, own) or _promised(scene, alike)
     good = [(record, setting) for record, setting in found if setting.bound <= target]
     if not good:
@@ -112,7 +112,7 @@ def accurate_overrides(source: str, overrides: Sequence[str], accuracy: str) -> 
         InputError: none is that accurate, an override sets what the accuracy decides, or the source is a run.
     """
     target = parse_share(accuracy)
-    if Path(source).is_dir():
+    if RunDirectory.is_run(source):
         raise InputError("a run keeps its settings", file=source, key="--accuracy", expected="a scene")
     for override in overrides:
         key = override.partition("=")[0].strip()

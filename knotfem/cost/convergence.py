@@ -96,7 +96,7 @@ def extrapolate(sizes: np.ndarray, values: np.ndarray, floor: float = 0.0) -> Li
     if not before.asymptotic:
         return limit
     uncertainty = max(rms(limit.value - before.value), 0.25 * limit.uncertainty)
-    return Limit(limit.value, min(uncertainty, limit.uncertainty), limit.order, limit.verdict)
+    return Limit(limit.value, uncertainty, limit.order, limit.verdict)
 
 
 def _extrapolate_three(sizes: np.ndarray, values: np.ndarray, floor: float) -> Limit:

@@ -25,6 +25,8 @@ PREDICTED_CLOSING_OVER_RADIUS = 1.0 / 6.0
 """The predictor may close no pair by more (0.5 mm at r = 3 mm)."""
 PATTERN_PAD = 1
 """Nodes by which master patches are padded in the sparsity, to let contact slide without a new analysis."""
+PAIRS_A_SAMPLE = 4
+"""Room for closest points to begin with; strands in a bundle have more."""
 
 
 @dataclass
@@ -85,13 +87,16 @@ class Contact(Effect):
     def search(self, x: np.ndarray) -> None:
         """Find the near pairs anew; shares of known pairs are kept."""
         s, t = self.samples, self.tubes
-        capacity = 4 * s.u.size
-        found, uv = np.empty((capacity, 2), dtype=np.int64), np.empty((capacity, 2))
-        count = find_pairs(
-            x, t.arrays, t.axis, t.axis_start, t.spacing, t.radius, s.rod, s.u, s.section_start, self.points,
-            self.reach, found, uv,
-        )  # fmt: skip
-        assert count <= capacity, "more than four closest points a sample"
+        capacity = PAIRS_A_SAMPLE * s.u.size
+        while True:
+            found, uv = np.empty((capacity, 2), dtype=np.int64), np.empty((capacity, 2))
+            count = find_pairs(
+                x, t.arrays, t.axis, t.axis_start, t.spacing, t.radius, s.rod, s.u, s.section_start, self.points,
+                self.reach, found, uv,
+            )  # fmt: skip
+            if count <= capacity:
+                break
+            capacity = count
         order = np.lexsort((uv[:count, 0], found[:count, 1], found[:count, 0]))
         found, uv = found[order], uv[order]
         self.match = np.empty(count, dtype=np.int64)

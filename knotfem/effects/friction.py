@@ -93,13 +93,14 @@ class Friction(Effect):
 
     def accept(self, x: np.ndarray) -> None:
         c = self.contact
-        kernels.drag_anchors(c.uv, c.force, self.slip, c.law.stick, c.tubes.around, c.pairs, self.anchors)
+        rubbing = np.where(self.mu > 0.0, c.force, 0.0)
+        kernels.drag_anchors(c.uv, rubbing, self.slip, c.law.stick, c.tubes.around, c.pairs, self.anchors)
 
     def memory(self) -> Arrays:
-        return {"anchors": self.anchors.copy()}
+        return {"anchors": self.anchors.copy(), "now": np.array(self._now)}
 
     def recall(self, memory: Arrays) -> None:
-        self.anchors = memory["anchors"].copy()
+        self.anchors, self._now = memory["anchors"].copy(), float(memory.get("now", 1.0))
         self._size()
         self._generation = self.contact.generation
 

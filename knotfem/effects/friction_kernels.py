@@ -191,7 +191,7 @@ def pair_normal(x, tubes, rod, uv, W, S, nodes, n):
 
 @njit(cache=True)
 def drag_anchors(uv, force, slip, stick, around, pairs, anchors):
-    """Commit: sliding anchors follow at the stick distance, anchors of pairs out of contact to the closest point."""
+    """Commit: sliding anchors follow at the stick distance, those of pairs that do not rub (`force` 0) all the way."""
     for k in range(pairs.shape[0]):
         if force[k] == 0.0:
             anchors[k, 0], anchors[k, 1] = uv[k, 0], uv[k, 1]

@@ -29,7 +29,8 @@ PREDICTED_CLOSING_OVER_RADIUS = 1.0 / 6.0
 """The predictor may close no pair by more."""
 PATTERN_PAD = 1
 """Nodes by which master stencils are padded in the sparsity, to let contact slide without a new analysis."""
-MOST_PAIRS_A_SAMPLE = 4
+PAIRS_A_SAMPLE = 4
+"""Room for closest points to begin with; strands in a bundle have more."""
 
 
 def hertz_line_stiffness(youngs_modulus: float, poissons_ratio: float) -> float:
@@ -94,10 +95,13 @@ class Contact(Effect):
     def search(self, x: np.ndarray) -> None:
         """Find the near pairs anew; shares of known pairs are kept."""
         s, lay = self.samples, self.layout
-        capacity = MOST_PAIRS_A_SAMPLE * s.u.size
-        found, u = np.empty((capacity, 2), dtype=np.int64), np.empty(capacity)
-        count = find_pairs(x, lay.first, lay.spacing, lay.radius, s.u, s.start, self.points, self.reach, found, u)
-        assert count <= capacity, "more closest points a sample than there is room for"
+        capacity = PAIRS_A_SAMPLE * s.u.size
+        while True:
+            found, u = np.empty((capacity, 2), dtype=np.int64), np.empty(capacity)
+            count = find_pairs(x, lay.first, lay.spacing, lay.radius, s.u, s.start, self.points, self.reach, found, u)
+            if count <= capacity:
+                break
+            capacity = count
         found, u = found[:count].copy(), u[:count].copy()
         self.match = match_pairs(self.pairs, self.u, found, u, lay.radius / lay.spacing)
         fresh = self._shares(x, found, u)

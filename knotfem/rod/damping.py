@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -188,7 +188,15 @@ class BendDamping(Dashpot, Bend):
         self._offset = np.concatenate([-self._first["spin"], clamps])
 
 
-def make_damping(stretch: Stretch, bend: Bend, twist: Twist, frames: Frames, times: Sequence[float]) -> list[Dashpot]:
+class InternalDamping(NamedTuple):
+    """The dashpots of all rods."""
+
+    stretch: StretchDamping
+    bend: BendDamping
+    twist: TwistDamping
+
+
+def make_damping(stretch: Stretch, bend: Bend, twist: Twist, frames: Frames, times: Sequence[float]) -> InternalDamping:
     """Internal damping of rods.
 
     Args:
@@ -199,8 +207,8 @@ def make_damping(stretch: Stretch, bend: Bend, twist: Twist, frames: Frames, tim
         times: tau of each rod [s].
     """
     tau = np.asarray(times, dtype=float)
-    return [
+    return InternalDamping(
         StretchDamping(stretch.layout, tau * stretch.stiffness, tau * stretch.merit_stiffness),
         BendDamping(frames, tau * bend.stiffness),
         TwistDamping(frames, tau * twist.stiffness),
-    ]
+    )

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from knotfem.rod.contact import Contact
     from knotfem.rod.curve import Samples
     from knotfem.rod.cylinder import Cylinder, CylinderFriction
-    from knotfem.rod.damping import Dashpot
+    from knotfem.rod.damping import InternalDamping
     from knotfem.rod.friction import Friction
 
 Side = tuple[int, str]
@@ -57,6 +57,7 @@ class RodModel:
         effects: those that outlive a phase.
         frames: directors of the edges.
         progress: present motion (positions and spins, shape [nodes, 4]) and step control.
+        damping: internal, of stretch, bend and twist; None where no rod has any.
         ledger: energy account.
         system: of the present phase.
     """
@@ -91,7 +92,7 @@ class RodModel:
         self.contact: Contact | None = None
         self.friction: Friction | None = None
         self.cylinders: list[tuple[Cylinder, CylinderFriction | None]] = []
-        self._damping: list[Dashpot] = []
+        self.damping: InternalDamping | None = None
         if any(rod.relaxation_time > 0.0 for rod in rods):
             self._add_damping([rod.relaxation_time for rod in rods])
         self._add_masses(drag, gravity)
@@ -109,8 +110,8 @@ class RodModel:
     def _add_damping(self, times: Sequence[float]) -> None:
         from knotfem.rod.damping import make_damping
 
-        self._damping = make_damping(self.stretch, self.bend, self.twist, self.frames, times)
-        self.effects += self._damping
+        self.damping = make_damping(self.stretch, self.bend, self.twist, self.frames, times)
+        self.effects += self.damping
 
     @cached_property
     def mass(self) -> np.ndarray:
@@ -182,8 +183,11 @@ class RodModel:
         return self.x[self.layout.of(rod), :3]
 
     def tension(self, rod: int = 0) -> np.ndarray:
-        """Axial force of each segment [N], shape [n]."""
-        return self.stretch.tension(self.x)[self.layout.rod[self.layout.edges] == rod]
+        """Axial force of each segment [N], internal damping included, shape [n]."""
+        axial = self.stretch.tension(self.x)
+        if self.damping is not None:
+            axial = axial + self.damping.stretch.tension(self.x)
+        return axial[self.layout.rod[self.layout.edges] == rod]
 
     def twists(self, rod: int = 0) -> np.ndarray:
         """Twist per length at each inner node [rad/mm], shape [n - 1]."""
@@ -246,7 +250,7 @@ class RodModel:
         self._ends = dict(ends)
         self._moved = True
         self.frames.set_clamps(clamps, x, time)
-        for dashpot in self._damping:
+        for dashpot in self.damping or ():
             dashpot.reset(x)
         if self.system is not None:
             self.system.close()

@@ -11,10 +11,11 @@ import numpy as np
 from knotfem import shipped
 from knotfem.effects.elasticity import Elasticity
 from knotfem.effects.formulation import lumped_mass, make_formulation, order
+from knotfem.errors import InputError
 from knotfem.mesh.quadratic import five, quadratic
 from knotfem.mesh.rod import RodMesh, extrude
 from knotfem.mesh.section import Section, read_section
-from knotfem.run.centreline import Centreline, centreline_of
+from knotfem.run.centreline import Centreline, centrelines_of
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import Rod
 from knotfem.solver.effect import Effect
@@ -173,9 +174,10 @@ def build_body(scene: Scene, section: Section | None = None) -> Body:
     Raises:
         InputError: a centreline or a section that cannot be.
     """
+    _refuse_mixed_orders(scene)
     rods, volumes, sections = [], [], []
     first = 0
-    for rod in scene.rods:
+    for rod, target in zip(scene.rods, centrelines_of(scene), strict=True):
         mesh = mesh_of(rod, section)
         slices = mesh.slices
         points = mesh.nodes[: len(mesh.section.points), :2]
@@ -188,9 +190,7 @@ def build_body(scene: Scene, section: Section | None = None) -> Body:
             from knotfem.effects.core import Core
 
             core = Core(mesh.core + first, mesh.element_length, rod.core.axial_stiffness)
-        body = RodBody(
-            rod, mesh, first, centreline_of(rod, slices, scene), bulk, core, mesh.section_nodes + first, points
-        )
+        body = RodBody(rod, mesh, first, target, bulk, core, mesh.section_nodes + first, points)
         rods.append(body)
         volumes.append(body.lumped(1.0))
         offset = 0 if not sections else int(sections[-1][-1]) + 1
@@ -204,3 +204,12 @@ def build_body(scene: Scene, section: Section | None = None) -> Body:
         np.concatenate(sections),
         [warning for rod in rods for warning in rod.target.warnings],
     )
+
+
+def _refuse_mixed_orders(scene: Scene) -> None:
+    """All rods share one series of cells."""
+    first = scene.rods[0].mesh.element
+    for number, rod in enumerate(scene.rods):
+        if order(rod.mesh.element) != order(first):
+            problem = "linear and quadratic elements in one scene"
+            raise InputError(problem, key=f"rods.{number}.mesh.element", found=rod.mesh.element, expected=first)

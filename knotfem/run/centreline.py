@@ -29,6 +29,16 @@ class Centreline:
     warnings: tuple[str, ...] = ()
 
 
+def centrelines_of(scene: Scene) -> list[Centreline]:
+    """Centrelines of all rods, which must not overlap where there is contact; see `centreline_of`."""
+    found = [centreline_of(rod, rod.slices, scene) for rod in scene.rods]
+    if scene.contact.enabled and len(found) > 1:
+        lines, rods = [line.points for line in found], scene.rods
+        warnings = validate.check_apart(lines, [rod.diameter for rod in rods], [rod.name for rod in rods])
+        found[-1] = Centreline(found[-1].points, (*found[-1].warnings, *warnings))
+    return found
+
+
 def centreline_of(rod: Rod, slices: int, scene: Scene) -> Centreline:
     """Read, smooth, scale, resample, place and check a rod's centreline.
 

@@ -9,11 +9,13 @@ import numpy as np
 
 from knotfem.errors import InputError
 from knotfem.scene.model import Scene
-from knotfem.scene.steps import Load, Pull, Relax, Step, Turn
+from knotfem.scene.steps import Driven, Load, Pull, Relax, Step, Turn
 from knotfem.solver import schemes
 
 History = Callable[[float], float]
 """A number as a function of time [s]."""
+Drive = tuple[str, np.ndarray, np.ndarray]
+"""Label, nodes and unit direction of an end that is driven or loaded."""
 Size = TypeVar("Size", float, np.ndarray)
 
 
@@ -27,6 +29,12 @@ def gravity_of(scene: Scene) -> np.ndarray | None:
     """Acceleration [mm/s^2], shape [3], or None."""
     gravity = scene.gravity
     return None if gravity is None else gravity.acceleration * unit(gravity.direction)
+
+
+def reported_first(drives: list[Drive], step: Step) -> list[Drive]:
+    """The end that tables report before all others: the first driven one, else the first loaded one."""
+    driven = [f"{rod}.{side}" for rod, side in step.having(Driven)]
+    return sorted(drives, key=lambda drive: drive[0] not in driven)
 
 
 def ramp(step: Pull, start: float) -> History:

@@ -15,6 +15,7 @@ from knotfem.run.conditions import (
     friction_factor,
     make_scheme,
     ramp,
+    reported_first,
     turn_angle,
     unit,
 )
@@ -101,7 +102,7 @@ def step_system(
     solver = make_solver(model.body.scene.solver.linear, threads)
     scheme = make_scheme(model.body.scene, step)
     system = System([*model.effects, *loads], model.body.nodes, solver, scheme, prescribed, model.body.shift_weights)
-    return StepSystem(system, {motion.label: motion.nodes for motion in prescribed}, drives)
+    return StepSystem(system, {motion.label: motion.nodes for motion in prescribed}, reported_first(drives, step))
 
 
 def _add_end(rod: RodBody, side: str, step: Step, start, x, before, prescribed, loads, drives) -> None:
@@ -118,7 +119,7 @@ def _add_end(rod: RodBody, side: str, step: Step, start, x, before, prescribed, 
             assert isinstance(step, Pull)
             direction = unit(end.direction)
             prescribed.append(driven(nodes, x[nodes], direction, ramp(step, start), label))
-            drives.insert(0, (label, nodes, direction))
+            drives.append((label, nodes, direction))
         case Turned():
             assert isinstance(step, Turn)
             across = x[nodes[rod.mesh.section.ring]] - x[axis]

@@ -20,6 +20,7 @@ from knotfem.run.conditions import (
     friction_factor,
     make_scheme,
     ramp,
+    reported_first,
     turn_angle,
     unit,
 )  # fmt: skip
@@ -118,7 +119,7 @@ class Reduced(Simulation):
                         assert isinstance(step, Pull)
                         direction = unit(wanted.direction)
                         ends[number, side] = driven(frame, direction, ramp(step, start))
-                        drives.insert(0, (label, node, direction))
+                        drives.append((label, node, direction))
                     case Turned():
                         assert isinstance(step, Turn)
                         angle = turn_angle(wanted.turns, step, start)
@@ -135,7 +136,7 @@ class Reduced(Simulation):
         steps = progress.dt, progress.increment_dt
         system = self.rod.begin(ends)
         progress.dt, progress.increment_dt = steps
-        return StepSystem(system, supports, drives)
+        return StepSystem(system, supports, reported_first(drives, step))
 
     def state(self, inside: bool) -> dict[str, Any]:
         frames = self._begun if inside and self._begun is not None else self._end_frames()

@@ -14,7 +14,7 @@ import numpy as np
 from knotfem.centerline.frames import tangents, twist_of
 from knotfem.rod.ends import EndFrame
 from knotfem.rod.rotation import angle_about, nearest_turn, transport
-from knotfem.run.centreline import Centreline, centreline_of
+from knotfem.run.centreline import Centreline, centrelines_of
 from knotfem.run.rod_source import SourceRod, source_rods
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import Rod
@@ -51,8 +51,7 @@ def lay(scene: Scene, folder: Path | None = None) -> list[LaidRod]:
     if scene.tie.source is not None:
         return [_as_left(scene, rod, left) for rod, left in zip(scene.rods, source_rods(scene, folder), strict=True)]
     laid = []
-    for rod in scene.rods:
-        target = centreline_of(rod, rod.slices, scene)
+    for rod, target in zip(scene.rods, centrelines_of(scene), strict=True):
         first = tangents(target.points)[0]
         laid.append(_laid(rod, target, tangents(target.points)[[0, -1]], _across(first), 0.0))
     return laid

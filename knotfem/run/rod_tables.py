@@ -28,7 +28,7 @@ def tension_rows(
     """
     x = model.x
     inner = np.zeros_like(x[:, :3])
-    for effect in (model.stretch, model.bend, model.twist):
+    for effect in (model.stretch, model.bend, model.twist, *(model.damping or ())):
         part = np.zeros_like(x)
         effect.assemble(x, part, None)
         inner += part[:, :3]
@@ -85,12 +85,16 @@ def twist_rows(model: RodModel, names: Sequence[str], time: float, displacement:
 def at_nodes(model: RodModel) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Twist per length [rad/mm], torque [N mm], curvature [1/mm], bending moment [N mm], shape [nodes] each.
 
+    Internal damping has its part in the torque, not in the bending moment, which is that of the curvature.
     At an end they are those of its clamp, nothing where there is none.
     """
     frames, x = model.frames, model.x
     where = np.concatenate([model.layout.inner, np.array([clamp.node for clamp in frames.clamps], dtype=np.int64)])
     moment = np.linalg.norm(model.bend.moment(x), axis=1)
-    hinges = frames.twists(x) / frames.cell, model.twist.torque(x), model.bend.curvature(x), moment
+    torque = model.twist.torque(x)
+    if model.damping is not None:
+        torque = torque + model.damping.twist.torque(x)
+    hinges = frames.twists(x) / frames.cell, torque, model.bend.curvature(x), moment
     nodes = np.zeros((4, model.layout.nodes))
     nodes[:, where] = hinges
     return nodes[0], nodes[1], nodes[2], nodes[3]

@@ -50,7 +50,7 @@ class Table:
 
         Args:
             path: the file.
-            columns: must equal those of a file that is there.
+            columns: must equal those of a file that is there and has rows.
 
         Raises:
             InputError: a file with other columns is there, or nothing can be written.
@@ -58,7 +58,9 @@ class Table:
         self.path, self.columns = path, tuple(columns)
         if path.exists():
             lines = _lines(path)
-            if lines and next(csv.reader(lines[:1])) != list(columns):
+            if len(lines) == 1 and next(csv.reader(lines)) != list(columns):
+                write_atomically(path, _text([self.columns]))
+            elif lines and next(csv.reader(lines[:1])) != list(columns):
                 raise InputError(
                     "other columns than this run writes", file=path, found=lines[0], expected=",".join(columns)
                 )

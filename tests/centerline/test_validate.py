@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from knotfem.centerline.curve import interpolate
 from knotfem.centerline.resample import equal_chords
 from knotfem.centerline.smoothing import laplacian
-from knotfem.centerline.validate import LARGEST_CURVATURE, LARGEST_TURN, Cylinder, check_centerline
+from knotfem.centerline.validate import LARGEST_CURVATURE, LARGEST_TURN, Cylinder, check_apart, check_centerline
 from knotfem.errors import InputError
 
 Array = NDArray[np.float64]
@@ -145,3 +145,18 @@ def test_smoothing_away_the_knot_is_an_error(shipped: Callable[[str], Array]) ->
     assert "smoothing has changed the knot; take fewer iterations; found unknot; expected 3_1" in refusal(
         gone, 1.0, unsmoothed=x
     )
+
+
+def test_rods_must_not_overlap_each_other():
+    """Unlike diameters; a rod that begins pressed on another by less than a tenth is warned of."""
+    x = np.linspace(-30.0, 30.0, 31)
+    along = np.stack([x, 0.0 * x, 0.0 * x], axis=1)
+
+    def across(height: float) -> np.ndarray:
+        return np.stack([0.0 * x, x + 7.0, 0.0 * x + height], axis=1)
+
+    assert check_apart([along, across(5.0)], [6.0, 4.0], ["a", "b"]) == []
+    (warning,) = check_apart([along, across(4.8)], [6.0, 4.0], ["a", "b"])
+    assert warning.startswith("b and a overlap by 0.2 mm")
+    with pytest.raises(InputError, match=r"rods\.1: the rod overlaps a.*found 2 mm; expected at least 5 mm"):
+        check_apart([along, across(2.0)], [6.0, 4.0], ["a", "b"])

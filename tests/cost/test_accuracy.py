@@ -188,6 +188,7 @@ def test_override_of_what_accuracy_decides_is_refused(override):
 
 
 def test_run_keeps_its_settings(tmp_path):
+    (tmp_path / "scene.toml").touch()
     with pytest.raises(InputError, match="a run keeps its settings"):
         accurate_overrides(str(tmp_path), [], "5%")
 

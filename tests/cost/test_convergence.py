@@ -115,3 +115,10 @@ def test_nothing_beats_the_front_and_the_front_beats_the_rest(points):
 
 def test_front_leaves_out_what_has_no_error():
     assert pareto_front(np.array([1.0, 2.0, 3.0]), np.array([np.nan, 0.2, 0.1])).tolist() == [1, 2]
+
+
+def test_a_limit_that_has_moved_is_uncertain_by_how_much():
+    """Both triples have an order, but the last change is next to nothing by luck."""
+    limit = extrapolate(np.array([8.0, 4.0, 2.0, 1.0]), np.array([1.68, 0.68, 0.05, 0.0])[:, None])
+    assert limit.asymptotic
+    assert limit.uncertainty > 1.0

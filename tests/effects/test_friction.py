@@ -166,3 +166,25 @@ def test_memory_goes_round_to_the_bit(slipped):
     contact.recall(memory[0])
     friction.recall(memory[1])
     assert residual([contact, friction], x).tobytes() == before.tobytes()
+
+
+def test_anchors_of_pairs_that_do_not_rub_follow(slipped):
+    """Friction that comes on late holds from where it comes on."""
+    friction, contact = slipped.friction, slipped.contact
+    friction.factor = lambda time: 0.0
+    friction.begin(StepStart(Motion.at_rest(slipped.x), 1.0))
+    residual([contact, friction], slipped.x)
+    assert (contact.force > 0.0).any()
+    friction.accept(slipped.x)
+    np.testing.assert_array_equal(friction.anchors, contact.uv)
+
+
+def test_memory_knows_the_factor(slipped):
+    friction = slipped.friction
+    friction.factor = lambda time: 0.25
+    friction.begin(StepStart(Motion.at_rest(slipped.x), 1.0))
+    kept, mu = friction.memory(), friction.mu.copy()
+    friction.factor = lambda time: 0.5
+    friction.begin(StepStart(Motion.at_rest(slipped.x), 1.0))
+    friction.recall(kept)
+    np.testing.assert_array_equal(friction.mu, mu)

@@ -127,3 +127,15 @@ def test_neighbours_are_sought_anew_by_the_length_of_a_move_whichever_way_it_poi
         x[:, 3] += RADIUS
         contact.update(x)
         assert contact.generation == before + 1
+
+
+def test_a_bundle_may_have_more_neighbours_than_there_is_room_for_at_first():
+    """Nineteen parallel strands; inner ones have six neighbours each."""
+    h = 2.0 * RADIUS
+    places = [(i + 0.5 * j, np.sqrt(0.75) * j) for i in range(-2, 3) for j in range(-2, 3) if abs(i + j) <= 2]
+    rods = [spec(line(5, 20.0) + h * np.array([0.0, a, b])) for a, b in places]
+    model = RodModel(rods, contact())
+    model.begin({})
+    assert model.contact is not None
+    assert len(rods) == 19
+    assert model.contact.pairs.shape[0] > 4 * model.contact.samples.u.size

@@ -39,3 +39,9 @@ def test_a_scene_is_tied_and_drawn(element, section, tmp_path):
 def test_five_quadrilaterals_are_for_quadratic_elements_only():
     with pytest.raises(InputError, match="no ready-made cross-section"):
         solid("hex8", 5)
+
+
+def test_linear_and_quadratic_elements_do_not_go_together():
+    scene = load_scene("crossed-rods", ["rods.1.mesh.element=hex27", "rods.1.mesh.section_elements=12"])
+    with pytest.raises(InputError, match=r"rods\.1\.mesh\.element: linear and quadratic.*found hex27"):
+        Solid(scene)

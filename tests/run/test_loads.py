@@ -9,6 +9,7 @@ from knotfem.run.simulation import make_simulation
 from knotfem.scene import load_scene
 from knotfem.solver.effect import Motion, StepStart
 from knotfem.solver.march import Progress
+from knotfem.solver.system import labelled
 
 COARSE = ("rods.0.mesh.section_elements=4", "rods.0.mesh.element_length=10 mm", "solver.threads=1")
 STEP = 'steps=[{kind="load", duration="2 s", ends={rod={end={%s}}}}]'
@@ -56,3 +57,28 @@ def test_a_following_load_of_the_same_size_stays_as_it_was(model: str, sign: flo
     for time in (0.0, 1.0, 2.0):
         found = force_in(model, 0.02, direction, "true", sign * 0.02 * tangent, time)
         np.testing.assert_allclose(found, sign * 0.02 * tangent, atol=1e-9)
+
+
+@pytest.mark.parametrize("model", ["fem", "rod"])
+def test_the_first_driven_end_is_reported(model: str) -> None:
+    scene = load_scene("crossed-rods", ["solver.threads=1", "rods.0.mesh.section_elements=4", f"model={model}"])
+    simulation = make_simulation(scene)
+    motion = simulation.straight()
+    if model == "fem":
+        motion = Motion.at_rest(np.concatenate([rod.mesh.nodes for rod in simulation.rods]))
+    (step,) = [step for step in scene.steps if step.kind == "pull"]
+    made = simulation.equations(step, 0.0, motion.x, {}, Progress.at(motion))
+    assert [label for label, _, _ in made.drives] == ["upper.start", "upper.end"]
+    made.system.close()
+
+
+@pytest.mark.parametrize("model", ["fem", "rod"])
+def test_friction_of_a_cylinder_is_known_by_its_obstacle(model: str) -> None:
+    """One run's memory may go to another that rubs on other obstacles."""
+    peg = "{{name='{}', diameter='4 mm', axis=[0,1,0], point=['0 mm','0 mm','{} mm'], friction={}}}"
+    pegs = [peg.format("a", -9, 0.0), peg.format("b", 9, 0.4)]
+    scene = load_scene(
+        "cantilever", [*COARSE, f"model={model}", "contact.enabled=true", f"obstacles=[{','.join(pegs)}]"]
+    )
+    labels = [label for label, effect in labelled(make_simulation(scene).effects) if effect.name == "cylinder friction"]
+    assert labels == ["cylinder friction-2"]

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
-from knotfem.rod.ends import EndFrame, clamped
+from knotfem.rod.ends import End, EndFrame, clamped, turned
 from knotfem.rod.model import RodModel
 from knotfem.run.rod_fields import AROUND, tube_fields, tube_mesh, tube_rings
 from knotfem.run.rod_tables import at_nodes, tension_rows, twist_rows
-from tests.reduced import BENDING, RADIUS, TWISTING, crossing, line, spec, still
+from knotfem.solver.schemes import Scheme
+from tests.reduced import BENDING, RADIUS, TWISTING, crossing, line, settle, spec, still
 
 N, LENGTH, AXIAL = 40, 80.0, 4e3
 
@@ -138,3 +139,18 @@ def test_contact_pressure_carries_the_contact_force():
         force = np.einsum("na,nai->i", pressure[nodes], inwards) * area
         assert force == pytest.approx(-onto[nodes, :3].sum(axis=0), rel=2e-3, abs=1e-9)
         assert abs(force[2]) > 0.3
+
+
+def test_internal_damping_carries_its_part_of_the_load():
+    """A rod that is pulled and turned at once by dead loads of its clamps: the profile meets the ends as it creeps."""
+    model = RodModel([spec(line(6, 30.0), axial=200.0, relaxation_time=0.05)], scheme=Scheme())
+    start, end = model.end_frame(0, "start"), model.end_frame(0, "end")
+    axis = np.array([1.0, 0.0, 0.0])
+    turning = turned(end, axis, lambda time: 2.0 * time, held=False)
+    pulled = End(orientation=turning.orientation, force=lambda time: 2.0 * axis)
+    settle(model, {(0, "start"): clamped(start), (0, "end"): pulled}, duration=0.05, steps=10)
+    table = columns(tension_rows(model, ["rod"], [0.25], 0.05, 0.0))
+    assert table["tension_N"] == pytest.approx(np.full(7, 2.0), rel=1e-6)
+    assert table["core_N"] + table["bulk_N"] == pytest.approx(np.full(7, 2.0), rel=1e-6)
+    assert table["torque_Nmm"] == pytest.approx(np.full(7, TWISTING / 30.0 * 2.0 * (0.05 + 0.05)), rel=1e-3)
+    assert model.stretch.tension(model.x).max() < 1.3

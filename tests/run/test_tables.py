@@ -140,3 +140,14 @@ def test_damaged_tables_are_refused(tmp_path: Path) -> None:
     path.write_bytes(b"\xff\n")
     with pytest.raises(InputError, match="not a text file"):
         read_table(path)
+
+
+def test_a_table_without_rows_takes_other_columns(tmp_path):
+    """A run that goes on from another's tied knot may have effects of its own."""
+    path = tmp_path / "force.csv"
+    Table(path, ["a", "b"])
+    table = Table(path, ["a", "b", "c"])
+    table.append({"a": 1.0, "b": 2.0, "c": 3.0})
+    assert path.read_text().splitlines()[0] == "a,b,c"
+    with pytest.raises(InputError, match="other columns"):
+        Table(path, ["a"])
