@@ -185,6 +185,8 @@ class Relax(_Step):
 class Pull(_Step):
     """Moves every driven end by the same displacement.
 
+    Tables report force and displacement of the first of them: rods in the scene's order, start before end.
+
     Attributes:
         kind: always "pull".
         displacement: in the end's direction [mm].
