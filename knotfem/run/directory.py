@@ -37,7 +37,8 @@ SOURCE = "source.json"
 
 _SETTINGS = ("solver", "output")
 _SCENE, _TIE = "scene.toml", "tie.csv"
-_SERIES = (_TIE, "force.csv", "tension.csv", "twist.csv", "contacts.csv", "results.vtkhdf", SOURCE)
+_FORCE = "force.csv"
+_SERIES = (_TIE, _FORCE, "tension.csv", "twist.csv", "contacts.csv", "results.vtkhdf", SOURCE)
 _RECORDS = ("provenance.json", "status.json", "summary.json", "log.jsonl")
 _PLOTS = tuple(f"{name}.png" for name in ("stretch", "force", "tension"))
 _PICTURES = tuple(f"knot-{colour}.png" for colour in ("strain", "tension", "pressure", "curvature", "twist", "none"))
@@ -100,7 +101,8 @@ class RunDirectory:
     def branch(self, scene: Scene, path: Path | None = None, *, force: bool = False) -> RunDirectory:
         """A new run that goes on from this one's tied knot with other steps or effects.
 
-        It takes over tables and series; whoever goes on cuts them back to the tied knot, as after any checkpoint.
+        It takes over tables and series but the table of forces, which begins with what loads the knot; whoever goes on
+        cuts them back to the tied knot, as after any checkpoint.
 
         Args:
             scene: may differ in whatever does not change the tied rods; friction may.
@@ -123,7 +125,7 @@ class RunDirectory:
                 )
         run = RunDirectory.create(scene, path, force=force)
         for name in _SERIES:
-            if (self.path / name).exists():
+            if name != _FORCE and (self.path / name).exists():
                 write_atomically(run.path / name, (self.path / name).read_bytes())
         run.checkpoints.adopt(tied)
         return run
@@ -175,7 +177,7 @@ class RunDirectory:
         Args:
             more: columns beside the fixed ones.
         """
-        return Table(self.path / "force.csv", (*FORCE_COLUMNS, *more))
+        return Table(self.path / _FORCE, (*FORCE_COLUMNS, *more))
 
     def tension_table(self, more: Sequence[str] = ()) -> Table:
         """The table tension.csv: a row a section, for every stored displacement.
