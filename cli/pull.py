@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from knotfem.errors import InputError
 from knotfem_cli.common import (
     Verb,
     computing,
@@ -64,7 +66,10 @@ def pull(
         from knotfem.cost.accuracy import accurate_overrides
 
         overrides, says = accurate_overrides(source, overrides, accuracy)
-        click.echo(says, err=True)
+        if log_format == "json":
+            click.echo(json.dumps({"message": says}), err=True)
+        elif not quiet:
+            click.echo(says, err=True)
     run = _prepare(source, output, force, overrides)
     from knotfem.run import driver
 
@@ -83,5 +88,7 @@ def _prepare(source: str, output: Path | None, force: bool, overrides: tuple[str
     if output is None:
         return open_run(source, overrides)
     run = RunDirectory.open(source)
+    if output.resolve() == run.path.resolve():
+        raise InputError("the run would replace its source", file=output, expected="another folder, or none with -o")
     scene = load_scene(run.scene_file, overrides)
     return run.branch(scene, output, force=force) if run.tied else new_run(scene, output, force)

@@ -52,6 +52,7 @@ def tension(
 
     columns = profile(directory, millimetres)
     if output is not None:
+        directory.spare(output)
         write_table(output, columns)
     elif log_format == "json":
         click.echo(json.dumps({name: column.tolist() for name, column in columns.items()}))
@@ -59,6 +60,9 @@ def tension(
         click.echo(table_text(columns), nl=False)
     if quiet or log_format == "json":
         return
+    found = float(columns["displacement_mm"][0])
+    if millimetres is not None and abs(found - millimetres) > 1e-6 * max(1.0, abs(millimetres)):
+        click.echo(f"the nearest stored state, at {found:g} mm", err=True)
     rods = columns.get("rod", np.full(columns["tension_N"].shape, "rod"))
     for rod in dict.fromkeys(rods.tolist()):
         force = columns["tension_N"][rods == rod]

@@ -85,7 +85,10 @@ def section_path(count: int) -> Path:
     known = _sections()
     if count not in known:
         raise InputError(
-            "no ready-made cross-section", found=count, expected=f"one of {', '.join(map(str, known))} elements"
+            "no ready-made cross-section",
+            key="mesh.section_elements",
+            found=count,
+            expected=f"one of {', '.join(map(str, known))} elements",
         )
     return known[count]
 

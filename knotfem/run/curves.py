@@ -47,7 +47,7 @@ def force_curve(run: RunDirectory, label: str) -> Curve:
         InputError: the run has taken no loading step yet.
     """
     path = run.path / "force.csv"
-    table = read_table(path) if path.exists() else {}
+    table = read_table(path, ("time_s", "step", "displacement_mm", "force_N")) if path.exists() else {}
     if not table or not table["time_s"].size:
         raise InputError("no loading step is stored", file=run.path, expected="a run that knotfem pull has brought on")
     steps, spans, gone = {}, {}, 0.0

@@ -93,6 +93,16 @@ class RunDirectory:
             raise InputError(problem, file=path, expected=f"a run directory, with its {_SCENE}")
         return run
 
+    def spare(self, output: Path) -> None:
+        """Refuse to write a result over a file that the run itself lives on.
+
+        Raises:
+            InputError: it would be.
+        """
+        place = output.resolve()
+        if place.parent == self.path.resolve() and place.name in (*_SERIES, *_RECORDS, _SCENE):
+            raise InputError("the run's own file", file=output, expected="another name or folder")
+
     @staticmethod
     def is_run(path: str | Path) -> bool:
         """Whether a folder holds a run."""

@@ -57,6 +57,9 @@ def resume(run: RunDirectory, progress: Progress | None = None) -> None:
 
 def _drive(scene: Scene, run: RunDirectory, goal: str, progress: Progress | None) -> None:
     progress = progress or Silent()
+    if _finished(scene, run, goal):
+        progress.message("nothing is left to do")
+        return
     with StopRequest(scene.solver.time_limit) as stop:
         provenance = Provenance(run.path)
         provenance.begin(threads=threads_of(scene))
@@ -73,10 +76,22 @@ def _drive(scene: Scene, run: RunDirectory, goal: str, progress: Progress | None
             raise
 
 
+def _finished(scene: Scene, run: RunDirectory, goal: str) -> bool:
+    """Whether a run has taken all steps that are asked for and said so."""
+    status = run.read_status() if (run.path / "status.json").exists() else {}
+    checkpoint = run.checkpoints.latest()
+    if status.get("state") != "done" or status.get("goal") != goal or checkpoint is None:
+        return False
+    wanted = scene.tying_steps if goal == "tie" else scene.steps
+    return not checkpoint.metadata["inside"] and int(checkpoint.metadata["next_step"]) >= len(wanted)
+
+
 def _record(error: BaseException, run: RunDirectory, goal: str, driver: Driver | None, provenance: Provenance) -> None:
     """Write what ended a session; what fails meanwhile (the disk may be full) must not hide it."""
-    state = "stopped" if isinstance(error, Stopped | Interrupted) else "failed"
+    state = "stopped" if isinstance(error, Stopped | Interrupted | KeyboardInterrupt) else "failed"
     reason, code = (str(error), error.exit_code) if isinstance(error, KnotfemError) else (repr(error), 1)
+    if isinstance(error, KeyboardInterrupt):
+        reason, code = "interrupted at once; what came after the last checkpoint is lost", Interrupted.exit_code
     if driver is not None:
         with suppress(Exception):
             driver.finish()
@@ -170,7 +185,8 @@ class Driver:
                 smallest_j=increment.smallest_j,
                 solved=increment.solved,
             )
-            self._heed_stop()
+            if self.stop.due:
+                raise self.stop.error("the mapping is taken anew by knotfem resume")
         self.outputs.summary.stretch(stretches)
         self.outputs.stretch_plot(stretches)
         self.knots_before = self.watch.name(self.motion.x)
@@ -178,7 +194,7 @@ class Driver:
 
     def _take(self, step: Step) -> None:
         self.outputs.summary.begin_phase(step.name)
-        self.phase, resumed = step.name, self._resume_state
+        self.phase, resumed, self._fraction = step.name, self._resume_state, 0.0
         underway = Underway.restored(step, resumed) if resumed else self._begun(step)
         began, origin, progress = underway.began, underway.origin, underway.progress
         equations = self.model.equations(step, began, origin, underway.before, progress)

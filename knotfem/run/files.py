@@ -19,17 +19,23 @@ PART_SUFFIX = ".part"
 def write_atomically(path: Path, content: str | bytes) -> None:
     """Replace a file as a whole; a reader, a crash or a full disk never sees a part of it.
 
+    A link stays one, the file it points to is replaced; what is no file, such as a terminal, is written to.
+
     Raises:
         InputError: the disk is full or the folder cannot be written; the old file, if any, is untouched.
     """
     data = content.encode() if isinstance(content, str) else content
-    temporary = path.with_name(f".{path.name}.{os.getpid()}{PART_SUFFIX}")
+    whole = path.resolve()
+    temporary = whole.with_name(f".{whole.name}.{os.getpid()}{PART_SUFFIX}")
     try:
+        if whole.exists() and not whole.is_file() and not whole.is_dir():
+            whole.write_bytes(data)
+            return
         with temporary.open("wb") as file:
             file.write(data)
             file.flush()
             os.fsync(file.fileno())
-        temporary.replace(path)
+        temporary.replace(whole)
     except OSError as error:
         with suppress(OSError):
             temporary.unlink(missing_ok=True)

@@ -42,6 +42,15 @@ def usable_threads() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
+def default_threads() -> int:
+    """Threads of a solver that is not told how many: of the processors, no more than MKL or OpenMP are told to take."""
+    for name in ("MKL_NUM_THREADS", "OMP_NUM_THREADS"):
+        told = os.environ.get(name, "").partition(",")[0].strip()
+        if told.isdecimal() and int(told) > 0:
+            return min(int(told), usable_threads())
+    return usable_threads()
+
+
 def peak_memory_mb() -> float:
     """Most memory that this process has held [MB]."""
     if sys.platform == "win32":

@@ -34,13 +34,13 @@ class StoredStates:
         """Time and displacement of the state nearest to a displacement, or of the last.
 
         Raises:
-            InputError: none is as near as neighbours are to each other.
+            InputError: it is less than the smallest or more than the largest.
         """
         if at is None:
             return float(self.times[-1]), float(self.displacements[-1])
         i = int(np.argmin(np.abs(self.displacements - at)))
-        spacing = float(np.abs(np.diff(self.displacements)).max()) if len(self.displacements) > 1 else 0.0
-        if abs(self.displacements[i] - at) > max(spacing, 1e-6 * max(1.0, abs(at))):
+        slack = 1e-6 * max(1.0, abs(at))
+        if not self.displacements.min() - slack <= at <= self.displacements.max() + slack:
             raise InputError(
                 "no state is stored near this displacement",
                 file=self.path,
@@ -58,7 +58,11 @@ def stored_states(run: RunDirectory) -> StoredStates:
         InputError: there are none.
     """
     path = run.path / "tension.csv"
-    table = read_table(path) if path.exists() else {"time_s": np.zeros(0)}
+    table = (
+        read_table(path, ("time_s", "displacement_mm", "s_over_L", "tension_N"))
+        if path.exists()
+        else {"time_s": np.zeros(0)}
+    )
     if not table["time_s"].size:
         raise InputError("no tension is stored yet", file=run.path, expected="a run that knotfem pull has brought on")
     times, first = np.unique(table["time_s"], return_index=True)

@@ -116,10 +116,9 @@ def _at_displacement(curves: Sequence[Curve], tables: Sequence[Table], wanted: f
         nearest = float(places[np.argmin(np.abs(places - wanted))]) if places.size else np.inf
         spacing = max((b - a for a, b in pairwise(places)), default=0.0)
         if abs(nearest - wanted) > max(0.5 * spacing, 1e-6 * max(1.0, abs(wanted))):
-            found = f"{places.min():g} to {places.max():g} mm" if places.size else "none"
-            raise InputError(
-                "no tension is stored near this displacement", file=curve.run.path, key="--at", found=found
-            )
+            expected = f"{places.min():g} to {places.max():g} mm" if places.size else "a run with a pull"
+            problem = "no tension is stored near this displacement"
+            raise InputError(problem, file=curve.run.path, key="--at", found=f"{wanted:g} mm", expected=expected)
         displacements.append(nearest)
         times.append(stored[nearest])
     forces = [float(curve.at(d)) for curve, d in zip(curves, displacements, strict=True)]

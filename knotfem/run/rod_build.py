@@ -105,7 +105,7 @@ def make_rods(scene: Scene, laid: list[LaidRod]) -> RodModel:
         contact_spec(scene),
         cylinders if scene.contact.enabled else (),
         gravity_of(scene),
-        0.0 if scene.drag is None else max(scene.drag.rate_of(False), scene.drag.rate_of(True)),
+        0.0 if scene.drag is None else scene.drag.rate_of(False) or scene.drag.rate_of(True),
         make_scheme(scene),
         scene.solver.linear,
         scene.solver.threads or 1,

@@ -9,7 +9,7 @@ import numpy as np
 
 from knotfem.errors import InputError
 from knotfem.run.account import Balance, Energies
-from knotfem.run.machine import usable_threads
+from knotfem.run.machine import default_threads
 from knotfem.run.simulation import Simulation
 from knotfem.scene.model import Scene
 from knotfem.scene.steps import Load, Pull, Relax, Release, Step
@@ -25,8 +25,8 @@ REST_FORCE = 2e-5
 
 
 def threads_of(scene: Scene) -> int:
-    """Threads that the scene asks for, or all there are."""
-    return scene.solver.threads or usable_threads()
+    """Threads that the scene asks for, or as many as this process may take."""
+    return scene.solver.threads or default_threads()
 
 
 def newton_settings(model: Simulation) -> NewtonSettings:

@@ -45,12 +45,12 @@ class StopRequest:
         """Whether the run is to stop."""
         return self._signal is not None or time.monotonic() >= self._deadline
 
-    def error(self) -> KnotfemError:
-        """What to raise once the checkpoint is written."""
+    def error(self, kept: str = "a checkpoint is written, go on with knotfem resume") -> KnotfemError:
+        """What to raise, once the checkpoint is written if there is to be one."""
         if self._signal == signal.SIGINT:
-            return Interrupted("interrupted; a checkpoint is written, go on with knotfem resume")
+            return Interrupted(f"interrupted; {kept}")
         reason = "the time limit is reached" if self._signal is None else "asked to stop"
-        return Stopped(f"{reason}; a checkpoint is written, go on with knotfem resume")
+        return Stopped(f"{reason}; {kept}")
 
     def _note(self, number: int, frame: FrameType | None) -> None:
         if number == signal.SIGINT and self._signal == signal.SIGINT:

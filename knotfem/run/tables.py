@@ -114,11 +114,12 @@ class Table:
         return [row[column] for column in self.columns]
 
 
-def read_table(path: Path) -> dict[str, np.ndarray]:
+def read_table(path: Path, columns: Sequence[str] = ()) -> dict[str, np.ndarray]:
     """Read a CSV table.
 
     Args:
         path: the file.
+        columns: that it must have.
 
     Returns:
         Columns by name, each of shape [rows]: text in `TEXT_COLUMNS` and where a cell is no number, else floats.
@@ -130,6 +131,9 @@ def read_table(path: Path) -> dict[str, np.ndarray]:
     if not lines:
         raise InputError("no table: the file is empty", file=path)
     header, *rows = csv.reader(lines)
+    for column in columns:
+        if column not in header:
+            raise InputError("no such column", file=path, key=column, found=",".join(header))
     for number, row in enumerate(rows, start=2):
         if len(row) != len(header):
             raise InputError(

@@ -13,6 +13,7 @@ from knotfem.scene.quantity import Angle, Duration, PositiveDensity, PositiveLen
 from knotfem.scene.table import Direction, Flag, Integer, Name, Number, Point, Table, known_name, refusal
 
 CURVE_SUFFIXES = (".csv", ".json", ".toml")
+MOST_SLICES = 10**6
 
 
 class Smoothing(Table):
@@ -166,6 +167,13 @@ class Rod(Table):
                 at="mesh.element_length",
                 found=f"{self.mesh.element_length:g} mm",
                 expected=f"at most half of the rod's {self.length:g} mm",
+            )
+        if self.slices > MOST_SLICES:
+            raise refusal(
+                "too many slices",
+                at="mesh.element_length",
+                found=f"{self.mesh.element_length:g} mm",
+                expected=f"at least {self.length / MOST_SLICES:.3g} mm",
             )
         if self.core is not None and 2.0 * self.core.radius >= self.diameter:
             raise refusal(

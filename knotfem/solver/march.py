@@ -137,9 +137,11 @@ class March:
             start = StepStart(p.motion, dt)
             try:
                 x, took = self._attempt(start)
+                motion = self.system.accept(x, start)
                 break
-            except StepFailed as failure:
-                self.last_failure = str(failure)
+            except (StepFailed, ZeroDivisionError) as failure:
+                degenerate = isinstance(failure, ZeroDivisionError)
+                self.last_failure = "strands or nodes lie on each other" if degenerate else str(failure)
                 self.system.recall(memory)
                 failed += 1
                 p.cutbacks += 1
@@ -147,14 +149,14 @@ class March:
                 p.increment_dt = 0.0 if failed > 2 else p.increment_dt
                 if dt <= c.smallest:
                     raise NotConverged(
-                        f"no balance at time {p.motion.time:.6g} s with the smallest step {dt:.3g} s: {failure}"
+                        f"no balance at time {p.motion.time:.6g} s with the smallest step {dt:.3g} s: "
+                        f"{self.last_failure}"
                     ) from failure
                 p.dt = c.cut * dt
             except KnotfemError:
                 self.system.restore(memory)
                 vars(p).update(vars(before))
                 raise
-        motion = self.system.accept(x, start)
         p.increment, p.increment_dt = x - p.motion.x, dt
         p.motion, p.shift = motion, took.shift
         p.steps += 1
@@ -170,10 +172,7 @@ class March:
         if p.increment_dt > 0.0:
             move = p.increment * (start.dt / p.increment_dt)
             x = x + self.system.admissible(x, move) * move
-        try:
-            x, took = newton.solve(self.system, x, start, self.settings, self.sections, p.shift, self.interrupt)
-        except ZeroDivisionError as error:
-            raise StepFailed("strands or nodes lie on each other") from error
+        x, took = newton.solve(self.system, x, start, self.settings, self.sections, p.shift, self.interrupt)
         moved = longest_move(x - p.motion.x)
         if moved > MOST_MOVE * self.control.move and start.dt > self.control.smallest:
             raise StepFailed(f"a node moved by {moved:.3g} mm in one step")

@@ -127,6 +127,15 @@ def test_pull_a_run_in_its_place(calls: Calls) -> None:
     assert call("pull", "a", "--model", "rod").exit_code == 3
 
 
+def test_pull_does_not_replace_its_source(calls: Calls) -> None:
+    call("tie", "bowline", "-o", "bowline")
+    kept = sorted(Path("bowline").iterdir())
+    result = call("pull", "bowline", "-o", "bowline", "--force")
+    assert result.exit_code == 3
+    assert "the run would replace its source" in result.stderr
+    assert sorted(Path("bowline").iterdir()) == kept
+
+
 def test_pull_a_run_elsewhere(calls: Calls) -> None:
     call("tie", "bowline", "-o", "a")
     assert call("pull", "a", "-o", "b", "--set", "contact.friction=0.37").exit_code == 0
@@ -188,16 +197,19 @@ def test_tension(stand_in: Callable[..., None], tmp_path: Path) -> None:
 
     def tension(run: RunDirectory, at: float | None) -> dict[str, np.ndarray]:
         asked.append(at)
-        return {"arclength_mm": np.array([0.0, 1.0, 2.0]), "tension_N": np.array([0.5, 0.25, 0.1])}
+        force, arclength = np.array([0.5, 0.25, 0.1]), np.array([0.0, 1.0, 2.0])
+        return {"displacement_mm": np.full(3, 59.0), "arclength_mm": arclength, "tension_N": force}
 
     stand_in(knotfem.run, "profile", tension=tension)
     path = RunDirectory.create(load_scene("bowline"), tmp_path / "run").path
-    table = "arclength_mm,tension_N\n0.0,0.5\n1.0,0.25\n2.0,0.1\n"
+    table = "displacement_mm,arclength_mm,tension_N\n59.0,0.0,0.5\n59.0,1.0,0.25\n59.0,2.0,0.1\n"
     result = call("tension", path)
     assert result.stdout == table
     assert "0.5000 N at the start, 0.1000 N at the end" in result.stderr
     out = tmp_path / "t.csv"
-    assert call("tension", path, "-o", out, "--at", "6 cm").stdout == ""
+    result = call("tension", path, "-o", out, "--at", "6 cm")
+    assert result.stdout == ""
+    assert "the nearest stored state, at 59 mm" in result.stderr
     assert out.read_text() == table
     assert asked == [None, 60.0]
     assert json.loads(call("tension", path, "--log-format", "json").stdout)["tension_N"] == [0.5, 0.25, 0.1]
@@ -205,6 +217,8 @@ def test_tension(stand_in: Callable[..., None], tmp_path: Path) -> None:
     assert result.exit_code == 3
     assert "unit is missing" in result.stderr
     assert call("tension", path, "-o", tmp_path / "none" / "t.csv").exit_code == 3
+    result = call("tension", path, "-o", path / "force.csv")
+    assert (result.exit_code, "the run's own file" in result.stderr) == (3, True)
 
 
 def test_render(stand_in: Callable[..., None], tmp_path: Path) -> None:

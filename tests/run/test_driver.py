@@ -220,9 +220,15 @@ def full(self) -> None:
 
 
 @pytest.mark.parametrize(
-    "error", [AssertionError("a bug"), MemoryError(), KeyboardInterrupt(), NotConverged("hopeless")]
+    ("error", "state"),
+    [
+        (AssertionError("a bug"), "failed"),
+        (MemoryError(), "failed"),
+        (KeyboardInterrupt(), "stopped"),
+        (NotConverged("hopeless"), "failed"),
+    ],
 )
-def test_whatever_ends_a_run_is_recorded_and_raised_also_on_a_full_disk(tmp_path, monkeypatch, error):
+def test_whatever_ends_a_run_is_recorded_and_raised_also_on_a_full_disk(tmp_path, monkeypatch, error, state):
     def end(self) -> None:
         raise error
 
@@ -233,10 +239,22 @@ def test_whatever_ends_a_run_is_recorded_and_raised_also_on_a_full_disk(tmp_path
     with pytest.raises(type(error)) as raised:
         driver.pull(scene, run)
     assert raised.value is error
-    assert run.read_status()["state"] == "failed"
+    assert run.read_status()["state"] == state
     provenance = json.loads((run.path / "provenance.json").read_text())
-    assert provenance["exit_reason"].startswith("failed: ")
+    assert provenance["exit_reason"].startswith(f"{state}: ")
     assert provenance["end"] is not None
+
+
+def test_a_finished_run_is_left_as_it_is(tmp_path):
+    run = RunDirectory.create(
+        coarse("model=rod", "contact.enabled=false", "steps.1.displacement=1 mm"), tmp_path / "run"
+    )
+    driver.pull(run.scene, run)
+    before = {path.name: path.read_bytes() for path in run.path.iterdir() if path.is_file()}
+    assert run.read_status()["phase"] == "pull"
+    driver.resume(run)
+    driver.pull(run.scene, run)
+    assert {path.name: path.read_bytes() for path in run.path.iterdir() if path.is_file()} == before
 
 
 def test_run_that_cannot_write_its_summary_has_failed(tmp_path, monkeypatch):

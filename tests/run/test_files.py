@@ -92,3 +92,14 @@ def test_damaged_json(tmp_path: Path, content: bytes) -> None:
         read_json(path)
     with pytest.raises(InputError, match="cannot be read"):
         read_json(tmp_path / "none.json")
+
+
+def test_links_stay_and_what_is_no_file_is_written_to(tmp_path):
+    target, link = tmp_path / "target.csv", tmp_path / "link.csv"
+    target.write_text("old")
+    link.symlink_to(target)
+    write_atomically(link, "new")
+    assert link.is_symlink()
+    assert target.read_text() == "new"
+    write_atomically(Path("/dev/null"), "gone")
+    assert not Path("/dev/null").is_file()

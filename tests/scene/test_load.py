@@ -276,7 +276,7 @@ vectors = st.tuples(*[st.floats(min_value=-1e3, max_value=1e3)] * 3).filter(any)
 
 
 @given(
-    length=st.floats(min_value=10.0, max_value=1e9),
+    length=st.floats(min_value=10.0, max_value=1e6),
     modulus=positive,
     density=positive,
     friction=st.floats(min_value=0.0, max_value=10.0),
@@ -321,3 +321,19 @@ def test_steps_of_hexahedra_are_not_too_long() -> None:
     error = refused("overhand", "solver.move_over_diameter=4")
     assert "solver.move_over_diameter: steps too long; found 4; expected at most 1.333" in str(error)
     assert load_scene("overhand", ["solver.move_over_diameter=4", "model=rod"]).solver.move_over_diameter == 4.0
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        ("rods.0.mesh.element_length=0.00001 mm", r"rods\.0\.mesh\.element_length: too many slices"),
+        ("output.every_displacement=1e-15 mm", r"output\.every_displacement: too many outputs"),
+        (
+            'contact.pairs=[{between=["rod","rod"],friction=0.1},{between=["rod","rod"],friction=0.5}]',
+            r"contact\.pairs\.1\.between: used twice",
+        ),
+    ],
+)
+def test_what_no_machine_holds_or_no_one_can_mean_is_refused(override: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        load_scene("overhand", [override])
