@@ -172,10 +172,12 @@ def project(x, tubes, rod, p, u, v, W, nodes, S, q):
     """Closest point of a tube to p by Newton from (u, v); on return stencil, S and q = p - S belong to it.
 
     Returns:
-        u, v, and whether it converged inside the rod or at most one slice beyond its ends.
+        u, v, and whether it converged inside the rod or at most one slice beyond its ends; where the surface folds so
+        that Newton's method goes round and round, shorter steps are taken.
     """
     last = tubes[3][rod] - 1.0
-    for _ in range(30):
+    largest = np.inf
+    for attempt in range(30):
         stencil(tubes, rod, u, v, nodes, W)
         surface_point(x, nodes, W, S)
         for i in range(3):
@@ -196,11 +198,11 @@ def project(x, tubes, rod, p, u, v, W, nodes, S, q):
         if largest < 1e-9:
             u, v = u + du, v + dv
             continue
-        scale = min(1.0, 0.7 / largest)
+        scale = min(1.0, (0.7 if attempt < 12 else 0.1) / largest)
         u, v = u + scale * du, v + scale * dv
         if u < -1.0 or u > last + 1.0:
             return min(max(u, -1.0), last + 1.0), v, False
-    return u, v, True
+    return u, v, largest < 1e-9
 
 
 @dataclass(frozen=True, eq=False)

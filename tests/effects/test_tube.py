@@ -94,3 +94,23 @@ def test_samples_cover_the_surface_no_further_apart_than_asked(tube):
     for section in range(11):
         inside = samples.u[samples.section_start[section] : samples.section_start[section + 1]]
         assert (np.abs(inside - section) <= 0.5 + 1e-12).all()
+
+
+def test_a_closest_point_that_is_claimed_is_one(tube):
+    """Also on a rod thrown about so that its surface folds, where Newton's method may go round and round."""
+    rod, tubes, _ = tube
+    rng = np.random.default_rng(3)
+    W, S, nodes, q = np.empty((6, 12)), np.empty((6, 3)), np.empty(12, np.int64), np.empty(3)
+    claimed = lost = 0
+    for _ in range(40):
+        x = rod.mesh.nodes + 0.8 * rng.standard_normal(rod.mesh.nodes.shape)
+        for _ in range(40):
+            p = np.array([*(4.0 * rng.standard_normal(2)), rng.uniform(2.0, 18.0)])
+            u, v, found = project(x, tubes.arrays, 0, p, p[2] / 2.0, rng.uniform(0.0, 8.0), W, nodes, S, q)
+            lost += not found
+            if found:
+                S = surface(x, tubes, 0, u, v)[0]
+                assert np.abs((p - S[0]) @ S[1:3].T).max() < 1e-6
+                claimed += 1
+    assert claimed > 800
+    assert lost > 0
