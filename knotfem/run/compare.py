@@ -124,6 +124,10 @@ def _forces(curves: Sequence[Curve], locking: float | None) -> tuple[list[Figure
     if low >= high:
         spans = "; ".join(f"{c.label} {c.displacement[0]:.4g} to {c.displacement[-1]:.4g} mm" for c in curves)
         raise InputError("the runs have no displacement in common", found=spans, expected="pulls that overlap")
+    if locking is not None and not low < locking < high:
+        problem = "the runs have no such displacement in common"
+        expected = f"between {low:.4g} and {high:.4g} mm"
+        raise InputError(problem, key="--locking", found=f"{locking:g} mm", expected=expected)
     grid = np.linspace(low, high, POINTS)
     onset = onset_of_locking(grid, first.at(grid)) if locking is None else locking
     loose = grid <= (np.inf if onset is None else onset)

@@ -97,6 +97,9 @@ def test_locking_parts_the_curve_where_it_is_put(tmp_path):
     found = cells(compare([first, second], locking=39.0))
     assert found["force curve before locking, L2 difference"][1] == pytest.approx(0.0, abs=1e-12)
     assert found["force curve after locking, L2 difference"][1] == pytest.approx(1.0, rel=0.03)
+    for outside in (-3.0, 300.0):
+        with pytest.raises(InputError, match=f"--locking: .*found {outside:g} mm"):
+            compare([first, second], locking=outside)
 
 
 def test_knot_begins_to_lock_where_its_force_begins_to_soar():
