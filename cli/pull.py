@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -61,19 +60,17 @@ def pull(
       knotfem pull bowline --accuracy 2%
       knotfem pull bowline --model rod
     """
-    overrides = with_model(overrides, model, from_run, last)
+    overrides, says = with_model(overrides, model, from_run, last), ""
     if accuracy is not None:
         from knotfem.cost.accuracy import accurate_overrides
 
         overrides, says = accurate_overrides(source, overrides, accuracy)
-        if log_format == "json":
-            click.echo(json.dumps({"message": says}), err=True)
-        elif not quiet:
-            click.echo(says, err=True)
     run = _prepare(source, output, force, overrides)
     from knotfem.run import driver
 
     with computing(run, quiet, log_format) as progress:
+        if says:
+            progress.message(says)
         driver.pull(run.scene, run, progress)
 
 

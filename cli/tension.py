@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 
 import click
@@ -61,7 +62,7 @@ def tension(
     if quiet or log_format == "json":
         return
     found = float(columns["displacement_mm"][0])
-    if millimetres is not None and abs(found - millimetres) > 1e-6 * max(1.0, abs(millimetres)):
+    if millimetres is not None and not math.isclose(found, millimetres, rel_tol=1e-6, abs_tol=1e-6):
         click.echo(f"the nearest stored state, at {found:g} mm", err=True)
     rods = columns.get("rod", np.full(columns["tension_N"].shape, "rod"))
     for rod in dict.fromkeys(rods.tolist()):

@@ -110,16 +110,13 @@ def check_apart(lines: Sequence[Array], diameters: Sequence[float], names: Seque
         closest = rod_clearance(lines[i], lines[j])
         if closest.distance >= (1.0 - TOUCHING) * touching:
             continue
-        places = [
-            f"s/L = {arclength(line)[edge] / arclength(line)[-1]:.3f} of {name}"
-            for line, edge, name in ((lines[i], closest.i, names[i]), (lines[j], closest.j, names[j]))
-        ]
+        ends = (lines[i], closest.i, names[i]), (lines[j], closest.j, names[j])
+        places = " and ".join(f"s/L = {_share(line, edge)} of {name}" for line, edge, name in ends)
         if closest.distance < DEEPEST * touching:
-            problem = f"the rod overlaps {names[i]}: {' and '.join(places)} (distance of centrelines)"
+            problem = f"the rod overlaps {names[i]}: {places} (distance of centrelines)"
             expected = f"at least {touching:.4g} mm ({DEEPEST * touching:.4g} mm where they begin pressed together)"
             raise InputError(problem, key=f"rods.{j}", found=f"{closest.distance:.4g} mm", expected=expected)
-        overlap = f"{touching - closest.distance:.3g} mm"
-        warnings.append(f"{names[j]} and {names[i]} overlap by {overlap}: {' and '.join(places)}")
+        warnings.append(f"{names[j]} and {names[i]} overlap by {touching - closest.distance:.3g} mm: {places}")
     return warnings
 
 
@@ -134,8 +131,7 @@ def _check_curvature(x: Array, diameter: float, file: str | Path | None) -> None
     sharpness = curvature(x) * diameter
     i = int(np.argmax(sharpness))
     if sharpness[i] > LARGEST_CURVATURE:
-        arc = arclength(x)
-        problem = f"the curve bends too sharply to be meshed at s/L = {arc[i] / arc[-1]:.3f} (curvature x diameter)"
+        problem = f"the curve bends too sharply to be meshed at s/L = {_share(x, i)} (curvature x diameter)"
         raise InputError(problem, file=file, found=f"{sharpness[i]:.3g}", expected=f"at most {LARGEST_CURVATURE}")
 
 
@@ -143,8 +139,7 @@ def _check_turns(x: Array, file: str | Path | None) -> None:
     turns = turning_angles(x)
     i = int(np.argmax(turns)) + 1
     if turns[i - 1] > LARGEST_TURN:
-        arc = arclength(x)
-        problem = f"edges are too long to follow the curve at s/L = {arc[i] / arc[-1]:.3f} (angle between two of them)"
+        problem = f"edges are too long to follow the curve at s/L = {_share(x, i)} (angle between two of them)"
         expected = f"at most {LARGEST_TURN} rad; take shorter elements or smooth the curve"
         raise InputError(problem, file=file, found=f"{turns[i - 1]:.3g} rad", expected=expected)
 
@@ -162,8 +157,13 @@ def _check_strands(x: Array, diameter: float, file: str | Path | None) -> None:
 
 
 def _places(x: Array, closest: Clearance) -> str:
+    return f"{_share(x, closest.i)} and {_share(x, closest.j)}"
+
+
+def _share(x: Array, i: int) -> str:
+    """Share of the arclength at a vertex."""
     arc = arclength(x)
-    return f"{arc[closest.i] / arc[-1]:.3f} and {arc[closest.j] / arc[-1]:.3f}"
+    return f"{arc[i] / arc[-1]:.3f}"
 
 
 def _check_obstacle(x: Array, diameter: float, obstacle: Cylinder, number: int, file: str | Path | None) -> None:

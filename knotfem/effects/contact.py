@@ -12,7 +12,7 @@ import numpy as np
 
 from knotfem.effects import contact_kernels as kernels
 from knotfem.effects.penalty import Penalty
-from knotfem.effects.search import find_pairs, match_pairs
+from knotfem.effects.search import all_pairs, find_pairs, match_pairs
 from knotfem.effects.tube import Samples, Tubes, sample_points
 from knotfem.solver.effect import Arrays, Effect, longest_move
 from knotfem.solver.sparsity import Matrix
@@ -25,8 +25,6 @@ PREDICTED_CLOSING_OVER_RADIUS = 1.0 / 6.0
 """The predictor may close no pair by more (0.5 mm at r = 3 mm)."""
 PATTERN_PAD = 1
 """Nodes by which master patches are padded in the sparsity, to let contact slide without a new analysis."""
-PAIRS_A_SAMPLE = 4
-"""Room for closest points to begin with; strands in a bundle have more."""
 
 
 @dataclass
@@ -87,17 +85,16 @@ class Contact(Effect):
     def search(self, x: np.ndarray) -> None:
         """Find the near pairs anew; shares of known pairs are kept."""
         s, t = self.samples, self.tubes
-        capacity = PAIRS_A_SAMPLE * s.u.size
-        while True:
-            found, uv = np.empty((capacity, 2), dtype=np.int64), np.empty((capacity, 2))
-            count = find_pairs(
+
+        def find(pairs: np.ndarray, uv: np.ndarray) -> int:
+            return find_pairs(
                 x, t.arrays, t.axis, t.axis_start, t.spacing, t.radius, s.rod, s.u, s.section_start, self.points,
-                self.reach, found, uv,
+                self.reach, pairs, uv,
             )  # fmt: skip
-            if count <= capacity:
-                break
-            capacity = count
-        order = np.lexsort((uv[:count, 0], found[:count, 1], found[:count, 0]))
+
+        found, uv = all_pairs(find, s.u.size, 2)
+        count = len(found)
+        order = np.lexsort((uv[:, 0], found[:, 1], found[:, 0]))
         found, uv = found[order], uv[order]
         self.match = np.empty(count, dtype=np.int64)
         match_pairs(self.pairs, self.uv, found, uv, s.u.size, t.radius / t.spacing, self.match)

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
     from knotfem.mesh.rod import RodMesh
     from knotfem.solver.effect import Effect
-    from knotfem.solver.schemes import Scheme
 
 REGISTERED = {
     "viscous_drag": "knotfem.effects.viscous",
@@ -26,7 +25,7 @@ REGISTERED = {
 ON_RODS = {
     "viscous_drag": "knotfem.rod.viscous",
 }
-"""Module of its counterpart in the rod model, whose `make` takes settings, layout and scheme, where there is one."""
+"""Module of its counterpart in the rod model, whose `make` takes settings and layout, where there is one."""
 INTERNAL_DAMPING = "internal damping"
 """Of the rod model's materials."""
 BOOKED_BY_NAME = (*REGISTERED, INTERNAL_DAMPING)
@@ -61,7 +60,7 @@ class EffectModule(Protocol):
         """Why these settings call for nothing; "" where they call for the effect."""
         ...
 
-    def make(self, settings: Any, rods: Sequence[Strand], scheme: Scheme) -> Effect:
+    def make(self, settings: Any, rods: Sequence[Strand]) -> Effect:
         """The effect on all rods."""
         ...
 

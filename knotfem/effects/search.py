@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numba import njit
 
@@ -10,9 +12,29 @@ from knotfem.effects.tube import dot, project
 NEIGHBOUR_ARC_OVER_RADIUS = 3.2
 """Strands of one rod closer along the arc than this many radii are not looked at."""
 
-
 SWOLLEN = 1.25
 """Sections may swell by bending and squeezing up to this share of their radius."""
+
+PAIRS_A_SAMPLE = 4
+"""Room for closest points to begin with; strands in a bundle have more."""
+
+
+def all_pairs(find: Callable[[np.ndarray, np.ndarray], int], samples: int, *parameters: int) -> tuple[np.ndarray, ...]:
+    """Pairs and parameters of their closest points, in arrays that are made larger until they hold all.
+
+    Args:
+        find: fills pairs, shape [capacity, 2], and parameters, shape [capacity, *parameters], and says how many there
+            are.
+        samples: number of them.
+        parameters: of a closest point where there is more than one.
+    """
+    capacity = PAIRS_A_SAMPLE * samples
+    while True:
+        pairs, at = np.empty((capacity, 2), dtype=np.int64), np.empty((capacity, *parameters))
+        count = find(pairs, at)
+        if count <= capacity:
+            return pairs[:count].copy(), at[:count].copy()
+        capacity = count
 
 
 @njit(cache=True)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from knotfem.effects.registry import Strand, quantity
-from knotfem.solver.effect import Effect, StepStart
-from knotfem.solver.schemes import Scheme
+from knotfem.solver.effect import Moving, StepStart
 from knotfem.solver.sparsity import Matrix, add_node_blocks
 
 _COEFFICIENT = ("a coefficient of resistance", "MPa s", "Pa s", "2 Pa s")
@@ -33,15 +32,15 @@ def absent(settings: Settings) -> str:
     return "" if settings.normal > 0.0 or settings.tangential > 0.0 else "both coefficients are 0"
 
 
-def make(settings: Settings, rods: Sequence[Strand], scheme: Scheme) -> ViscousDrag:
+def make(settings: Settings, rods: Sequence[Strand]) -> ViscousDrag:
     """The drag on all rods."""
     edges = [np.stack([rod.axis_nodes[:-1], rod.axis_nodes[1:]], axis=1) for rod in rods]
     lengths = [np.full(rod.axis_nodes.size - 1, rod.mesh.length / (rod.axis_nodes.size - 1)) for rod in rods]
-    return ViscousDrag(np.concatenate(edges), np.concatenate(lengths), settings.normal, settings.tangential, scheme)
+    return ViscousDrag(np.concatenate(edges), np.concatenate(lengths), settings.normal, settings.tangential)
 
 
 @dataclass
-class ViscousDrag(Effect):
+class ViscousDrag(Moving):
     """Force -(c_n (1 - t t) + c_t t t) v per length, lumped at the axis nodes.
 
     The direction t of an edge is the one at the start of the step: the tangent stays symmetric, and the error is of
@@ -52,15 +51,12 @@ class ViscousDrag(Effect):
         lengths: of the edges when free of stress [mm], shape [edges].
         normal: c_n [MPa s].
         tangential: c_t [MPa s].
-        scheme: gives the velocity.
     """
 
     edges: np.ndarray
     lengths: np.ndarray
     normal: float
     tangential: float
-    scheme: Scheme
-    _start: StepStart | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
         self.name = "viscous_drag"
@@ -69,11 +65,8 @@ class ViscousDrag(Effect):
         self._ends = np.searchsorted(self.nodes, self.edges)
         self._resistance = np.zeros((self.nodes.size, 3, 3))
 
-    def integrate(self, scheme: Scheme) -> None:
-        self.scheme = scheme
-
     def begin(self, start: StepStart) -> None:
-        self._start = start
+        super().begin(start)
         x = start.motion.x[:, :3]
         t = x[self.edges[:, 1]] - x[self.edges[:, 0]]
         t /= np.linalg.norm(t, axis=1)[:, None]
@@ -85,20 +78,18 @@ class ViscousDrag(Effect):
             np.add.at(self._resistance, self._ends[:, end], share)
 
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
-        assert self._start is not None, "begin before assemble"
-        residual[self.nodes, :3] += np.einsum("nij,nj->ni", self._resistance, self._velocity(x, self._start))
+        residual[self.nodes, :3] += np.einsum("nij,nj->ni", self._resistance, self._velocity(x))
         if matrix is None:
             return True
-        return self._add(self.scheme.velocity_rate(self._start.dt) * self._resistance, matrix)
+        return self._add(self.scheme.velocity_rate(self.start.dt) * self._resistance, matrix)
 
     def merit(self, x: np.ndarray) -> float:
-        assert self._start is not None, "begin before merit"
-        v, rate = self._velocity(x, self._start), self.scheme.velocity_rate(self._start.dt)
+        v, rate = self._velocity(x), self.scheme.velocity_rate(self.start.dt)
         return 0.5 / rate * float(np.einsum("ni,nij,nj->", v, self._resistance, v))
 
     def _add(self, blocks: np.ndarray, matrix: Matrix) -> bool:
         p = matrix.pattern
         return add_node_blocks(self.nodes, blocks, p.node_ptr, p.node_adj, p.upper, matrix.data)
 
-    def _velocity(self, x: np.ndarray, start: StepStart) -> np.ndarray:
-        return self.scheme.velocity(x, start)[self.nodes, :3]
+    def _velocity(self, x: np.ndarray) -> np.ndarray:
+        return self.scheme.velocity(x, self.start)[self.nodes, :3]

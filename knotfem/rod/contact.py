@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from knotfem.effects.penalty import Penalty
+from knotfem.effects.search import all_pairs
 from knotfem.rod import contact_kernels as kernels
 from knotfem.rod.curve import Samples, sample_points
 from knotfem.rod.layout import RodLayout
@@ -29,8 +30,6 @@ PREDICTED_CLOSING_OVER_RADIUS = 1.0 / 6.0
 """The predictor may close no pair by more."""
 PATTERN_PAD = 1
 """Nodes by which master stencils are padded in the sparsity, to let contact slide without a new analysis."""
-PAIRS_A_SAMPLE = 4
-"""Room for closest points to begin with; strands in a bundle have more."""
 
 
 def hertz_line_stiffness(youngs_modulus: float, poissons_ratio: float) -> float:
@@ -95,19 +94,16 @@ class Contact(Effect):
     def search(self, x: np.ndarray) -> None:
         """Find the near pairs anew; shares of known pairs are kept."""
         s, lay = self.samples, self.layout
-        capacity = PAIRS_A_SAMPLE * s.u.size
-        while True:
-            found, u = np.empty((capacity, 2), dtype=np.int64), np.empty(capacity)
-            count = find_pairs(x, lay.first, lay.spacing, lay.radius, s.u, s.start, self.points, self.reach, found, u)
-            if count <= capacity:
-                break
-            capacity = count
-        found, u = found[:count].copy(), u[:count].copy()
+
+        def find(pairs: np.ndarray, u: np.ndarray) -> int:
+            return find_pairs(x, lay.first, lay.spacing, lay.radius, s.u, s.start, self.points, self.reach, pairs, u)
+
+        found, u = all_pairs(find, s.u.size)
         self.match = match_pairs(self.pairs, self.u, found, u, lay.radius / lay.spacing)
         fresh = self._shares(x, found, u)
         self.share = np.where(self.match >= 0, self.share[self.match], fresh) if self.share.size else fresh
         self.pairs, self.u = found, u
-        self.gap, self.force = np.empty(count), np.zeros(count)
+        self.gap, self.force = np.empty(len(found)), np.zeros(len(found))
         self._searched = x.copy()
         self.generation += 1
 

@@ -125,9 +125,9 @@ class RodModel:
             from knotfem.effects.inertia import Drag, Inertia
 
             if self.scheme.inertial:
-                self.effects.append(Inertia(self.mass, self.scheme))
+                self.effects.append(Inertia(self.mass))
             if drag > 0.0:
-                self.effects.append(Drag(self.mass, drag, self.scheme))
+                self.effects.append(Drag(self.mass, drag))
         if gravity is not None and np.any(gravity):
             from knotfem.effects.gravity import Gravity
 

@@ -8,7 +8,6 @@ from numba import njit
 from knotfem.effects.viscous import Settings, ViscousDrag
 from knotfem.rod.layout import RodLayout
 from knotfem.rod.sparsity import add_block
-from knotfem.solver.schemes import Scheme
 from knotfem.solver.sparsity import Matrix
 
 
@@ -29,8 +28,8 @@ class RodViscousDrag(ViscousDrag):
         return _add(self.nodes, blocks, matrix.pattern.node_ptr, matrix.pattern.node_adj, matrix.data)
 
 
-def make(settings: Settings, layout: RodLayout, scheme: Scheme) -> RodViscousDrag:
+def make(settings: Settings, layout: RodLayout) -> RodViscousDrag:
     """The drag on all rods."""
     edges = np.stack([layout.edges, layout.edges + 1], axis=1)
     lengths = layout.spacing[layout.rod[layout.edges]]
-    return RodViscousDrag(edges, lengths, settings.normal, settings.tangential, scheme)
+    return RodViscousDrag(edges, lengths, settings.normal, settings.tangential)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -35,7 +35,7 @@ def centrelines_of(scene: Scene) -> list[Centreline]:
     if scene.contact.enabled and len(found) > 1:
         lines, rods = [line.points for line in found], scene.rods
         warnings = validate.check_apart(lines, [rod.diameter for rod in rods], [rod.name for rod in rods])
-        found[-1] = Centreline(found[-1].points, (*found[-1].warnings, *warnings))
+        found[-1] = replace(found[-1], warnings=(*found[-1].warnings, *warnings))
     return found
 
 

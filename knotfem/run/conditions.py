@@ -9,7 +9,7 @@ import numpy as np
 
 from knotfem.errors import InputError
 from knotfem.scene.model import Scene
-from knotfem.scene.steps import Driven, Load, Pull, Relax, Step, Turn
+from knotfem.scene.steps import Driven, Load, Loaded, Pull, Relax, Step, Turn
 from knotfem.solver import schemes
 
 History = Callable[[float], float]
@@ -52,6 +52,20 @@ def force_history(force: Size, before: Size, step: Step, start: float) -> Callab
     if not isinstance(step, Load):
         return lambda time: force
     return lambda time: before + (force - before) * min(1.0, (time - start) / step.duration)
+
+
+def dead_load(end: Loaded, before: np.ndarray, step: Step, start: float) -> Callable[[float], np.ndarray]:
+    """Force on an end [N], shape [3], as a function of time [s], on which `before` acted when the step began."""
+    return force_history(end.force * unit(end.direction), before, step, start)
+
+
+def following_load(
+    end: Loaded, outward: np.ndarray, label: str, before: np.ndarray, step: Step, start: float
+) -> History:
+    """Force on an end along its own tangent, positive outwards [N]; see `dead_load` and `following_sign`."""
+    outward = unit(outward)
+    sign = following_sign(unit(end.direction), outward, label)
+    return force_history(sign * end.force, float(before @ outward), step, start)
 
 
 def following_sign(direction: np.ndarray, outward: np.ndarray, label: str) -> float:
@@ -108,3 +122,11 @@ def make_scheme(scene: Scene, step: Step | None = None) -> schemes.Scheme:
 def drag_rate(scene: Scene, step: Step) -> float:
     """Rate of drag [1/s] in a step; 0 where the scene has none."""
     return 0.0 if scene.drag is None else scene.drag.rate_of(isinstance(step, Relax))
+
+
+def adjust(named: Callable[[str], list], scene: Scene, step: Step, start: float) -> None:
+    """Give friction and drag, found by their names, the coefficients of a step that begins at `start` [s]."""
+    for friction in named("friction"):
+        friction.factor = friction_factor(scene, step, start)
+    for drag in named("drag"):
+        drag.rate = drag_rate(scene, step)

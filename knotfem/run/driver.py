@@ -79,11 +79,17 @@ def _drive(scene: Scene, run: RunDirectory, goal: str, progress: Progress | None
 def _finished(scene: Scene, run: RunDirectory, goal: str) -> bool:
     """Whether a run has taken all steps that are asked for and said so."""
     status = run.read_status() if (run.path / "status.json").exists() else {}
-    checkpoint = run.checkpoints.latest()
-    if status.get("state") != "done" or status.get("goal") != goal or checkpoint is None:
+    if status.get("state") != "done" or status.get("goal") != goal:
         return False
-    wanted = scene.tying_steps if goal == "tie" else scene.steps
-    return not checkpoint.metadata["inside"] and int(checkpoint.metadata["next_step"]) >= len(wanted)
+    checkpoint = run.checkpoints.latest()
+    if checkpoint is None:
+        return False
+    return not checkpoint.metadata["inside"] and int(checkpoint.metadata["next_step"]) >= len(_wanted(scene, goal))
+
+
+def _wanted(scene: Scene, goal: str) -> tuple[Step, ...]:
+    """Steps that a goal asks for."""
+    return scene.tying_steps if goal == "tie" else scene.steps
 
 
 def _record(error: BaseException, run: RunDirectory, goal: str, driver: Driver | None, provenance: Provenance) -> None:
@@ -140,7 +146,7 @@ class Driver:
         """Take all phases that are left."""
         if not self._restore():
             self._map()
-        wanted = self.scene.tying_steps if self.goal == "tie" else self.scene.steps
+        wanted = _wanted(self.scene, self.goal)
         tying = len(self.scene.tying_steps)
         if self.next_step == tying:
             self._mark_tied()
@@ -185,8 +191,7 @@ class Driver:
                 smallest_j=increment.smallest_j,
                 solved=increment.solved,
             )
-            if self.stop.due:
-                raise self.stop.error("the mapping is taken anew by knotfem resume")
+            self._heed_stop("the mapping is taken anew by knotfem resume")
         self.outputs.summary.stretch(stretches)
         self.outputs.stretch_plot(stretches)
         self.knots_before = self.watch.name(self.motion.x)
@@ -242,9 +247,9 @@ class Driver:
             self.outputs.summary.book(system)
             system.close()
 
-    def _heed_stop(self) -> None:
+    def _heed_stop(self, *kept: str) -> None:
         if self.stop.due:
-            raise self.stop.error()
+            raise self.stop.error(*kept)
 
     def _tell_status(self, balance: Balance) -> None:
         """Keep status.json up to date, once in a while."""

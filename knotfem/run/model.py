@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knotfem.run.conditions import (
-    drag_rate,
-    following_sign,
-    force_history,
-    friction_factor,
+    adjust,
+    dead_load,
+    following_load,
     make_scheme,
     ramp,
     reported_first,
@@ -95,10 +94,7 @@ def step_system(
     for rod in model.body.rods:
         for side in ("start", "end"):
             _add_end(rod, side, step, start, x, before, prescribed, loads, drives)
-    for friction in model.named("friction"):
-        friction.factor = friction_factor(model.body.scene, step, start)
-    for drag in model.named("drag"):
-        drag.rate = drag_rate(model.body.scene, step)
+    adjust(model.named, model.body.scene, step, start)
     solver = make_solver(model.body.scene.solver.linear, threads)
     scheme = make_scheme(model.body.scene, step)
     system = System([*model.effects, *loads], model.body.nodes, solver, scheme, prescribed, model.body.shift_weights)
@@ -129,15 +125,11 @@ def _add_end(rod: RodBody, side: str, step: Step, start, x, before, prescribed, 
         case Loaded():
             from knotfem.effects.load import EndForce, FollowingForce
 
-            direction = unit(end.direction)
             bore = before.get(label, np.zeros(3))
             if end.following:
                 other = rod.axis_nodes[1 if side == "start" else -2]
-                outward = unit(x[axis] - x[other])
-                sign = following_sign(direction, outward, label)
-                history = force_history(end.force, sign * float(bore @ outward), step, start)
-                loads.append(FollowingForce(nodes, sign * rod.end_weights(), int(other), int(axis), history))
+                history = following_load(end, x[axis] - x[other], label, bore, step, start)
+                loads.append(FollowingForce(nodes, rod.end_weights(), int(other), int(axis), history))
             else:
-                force = force_history(end.force * direction, bore, step, start)
-                loads.append(EndForce(nodes, rod.end_weights(), force))
-            drives.append((label, nodes, direction))
+                loads.append(EndForce(nodes, rod.end_weights(), dead_load(end, bore, step, start)))
+            drives.append((label, nodes, unit(end.direction)))

@@ -12,6 +12,8 @@ from knotfem.run.directory import RunDirectory
 from knotfem.run.tables import read_table
 
 EXTRA_COLUMNS = ("rod", "time_s", "shear_N", "bending_moment_Nmm", "torque_Nmm", "x_mm", "y_mm", "z_mm")
+NEEDED = ("time_s", "displacement_mm", "s_over_L", "tension_N")
+"""Columns without which tension.csv says nothing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,12 +60,8 @@ def stored_states(run: RunDirectory) -> StoredStates:
         InputError: there are none.
     """
     path = run.path / "tension.csv"
-    table = (
-        read_table(path, ("time_s", "displacement_mm", "s_over_L", "tension_N"))
-        if path.exists()
-        else {"time_s": np.zeros(0)}
-    )
-    if not table["time_s"].size:
+    table = read_table(path, NEEDED) if path.exists() else {}
+    if not table or not table["time_s"].size:
         raise InputError("no tension is stored yet", file=run.path, expected="a run that knotfem pull has brought on")
     times, first = np.unique(table["time_s"], return_index=True)
     return StoredStates(path, table, times, table["displacement_mm"][first])

@@ -14,16 +14,15 @@ from knotfem.rod.ends import End, EndFrame, clamped, driven, pinned, turned
 from knotfem.rod.model import Side
 from knotfem.run.account import Account
 from knotfem.run.conditions import (
-    drag_rate,
-    following_sign,
-    force_history,
-    friction_factor,
+    adjust,
+    dead_load,
+    following_load,
     make_scheme,
     ramp,
     reported_first,
     turn_angle,
     unit,
-)  # fmt: skip
+)
 from knotfem.run.mapping import Increment
 from knotfem.run.model import StepSystem
 from knotfem.run.registry import REGISTRY
@@ -125,13 +124,15 @@ class Reduced(Simulation):
                         angle = turn_angle(wanted.turns, step, start)
                         ends[number, side] = turned(frame, frame.tangent, angle)
                     case Loaded():
-                        direction = unit(wanted.direction)
-                        ends[number, side] = _load(wanted, direction, frame, side, label, step, start, before)
-                        drives.append((label, node, direction))
-        if self.rod.friction is not None:
-            self.rod.friction.factor = friction_factor(self.scene, step, start)
-        for drag in self.named("drag"):
-            drag.rate = drag_rate(self.scene, step)
+                        bore = before.get(label, np.zeros(3))
+                        if wanted.following:
+                            outward = -frame.tangent if side == "start" else frame.tangent
+                            history = following_load(wanted, outward, label, bore, step, start)
+                            ends[number, side] = End(following=history)
+                        else:
+                            ends[number, side] = End(force=dead_load(wanted, bore, step, start))
+                        drives.append((label, node, unit(wanted.direction)))
+        adjust(self.named, self.scene, step, start)
         self.rod.scheme = make_scheme(self.scene, step)
         steps = progress.dt, progress.increment_dt
         system = self.rod.begin(ends)
@@ -185,16 +186,3 @@ class Reduced(Simulation):
         if self._frames is not None:
             return self._frames
         return {(number, side): self.rod.end_frame(number, side) for number in range(len(self.rods)) for side in SIDES}
-
-
-def _load(
-    end: Loaded, direction: np.ndarray, frame: EndFrame, side: str, label: str, step: Step, start: float,
-    before: dict[str, np.ndarray],
-) -> End:  # fmt: skip
-    bore = before.get(label, np.zeros(3))
-    if not end.following:
-        return End(force=force_history(end.force * direction, bore, step, start))
-    outward = -frame.tangent if side == "start" else frame.tangent
-    sign = following_sign(direction, outward, label)
-    history = force_history(end.force, sign * float(bore @ outward), step, start)
-    return End(following=lambda time: sign * history(time))

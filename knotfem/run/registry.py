@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from knotfem.effects.registry import INTERNAL_DAMPING, REGISTERED, module_of
-from knotfem.run.conditions import gravity_of, make_scheme
+from knotfem.run.conditions import gravity_of
 from knotfem.scene.model import Scene
 from knotfem.scene.registered import settings_of
 from knotfem.scene.steps import Loaded
@@ -99,13 +99,13 @@ def obstacle_friction(scene: Scene) -> np.ndarray:
 
 
 def _inertia(module: Any, model: Model) -> Sequence[Effect]:
-    return [module.Inertia(model.body.mass, make_scheme(model.body.scene))]
+    return [module.Inertia(model.body.mass)]
 
 
 def _drag(module: Any, model: Model) -> Sequence[Effect]:
     drag = model.body.scene.drag
     assert drag is not None
-    return [module.Drag(model.body.mass, drag.rate, make_scheme(model.body.scene))]
+    return [module.Drag(model.body.mass, drag.rate)]
 
 
 def _gravity(module: Any, model: Model) -> Sequence[Effect]:
@@ -161,7 +161,7 @@ def _whole(name: str, module: str) -> Registered:
 
     def make(imported: Any, model: Model) -> Sequence[Effect]:
         settings = settings_of(model.body.scene.effects, name)
-        return [imported.make(settings, model.body.rods, make_scheme(model.body.scene))]
+        return [imported.make(settings, model.body.rods)]
 
     return Registered(name, module, absent, make)
 

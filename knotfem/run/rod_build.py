@@ -111,7 +111,7 @@ def make_rods(scene: Scene, laid: list[LaidRod]) -> RodModel:
         scene.solver.threads or 1,
     )
     model.effects += [
-        import_module(ON_RODS[entry.name]).make(settings_of(scene.effects, entry.name), model.layout, model.scheme)
+        import_module(ON_RODS[entry.name]).make(settings_of(scene.effects, entry.name), model.layout)
         for entry in REGISTRY
         if entry.name in ON_RODS and not entry.absent(scene)
     ]

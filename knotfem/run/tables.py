@@ -58,12 +58,11 @@ class Table:
         self.path, self.columns = path, tuple(columns)
         if path.exists():
             lines = _lines(path)
-            if len(lines) == 1 and next(csv.reader(lines)) != list(columns):
+            if lines and next(csv.reader(lines[:1])) != list(columns):
+                if len(lines) > 1:
+                    problem = "other columns than this run writes"
+                    raise InputError(problem, file=path, found=lines[0], expected=",".join(columns))
                 write_atomically(path, _text([self.columns]))
-            elif lines and next(csv.reader(lines[:1])) != list(columns):
-                raise InputError(
-                    "other columns than this run writes", file=path, found=lines[0], expected=",".join(columns)
-                )
             self.rows = max(len(lines) - 1, 0)
             self.keep(self.rows)
         else:

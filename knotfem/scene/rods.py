@@ -14,6 +14,7 @@ from knotfem.scene.table import Direction, Flag, Integer, Name, Number, Point, T
 
 CURVE_SUFFIXES = (".csv", ".json", ".toml")
 MOST_SLICES = 10**6
+"""Of a rod: more than any machine holds."""
 
 
 class Smoothing(Table):

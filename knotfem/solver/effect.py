@@ -93,7 +93,7 @@ class Effect:
         """A new pattern is in force."""
 
     def integrate(self, scheme: Scheme) -> None:
-        """Velocities and accelerations follow by `scheme`, that of the system that now has the effect."""
+        """A system with this scheme has the effect now."""
 
     def begin(self, start: StepStart) -> None:
         """A time step sets out from an accepted state."""
@@ -132,3 +132,27 @@ class Effect:
 
     def recall(self, memory: Arrays) -> None:
         """Go back to a memory."""
+
+
+@dataclass
+class Moving(Effect):
+    """Base of effects that know velocities.
+
+    Attributes:
+        scheme: how velocities and accelerations follow; that of the system that has the effect.
+    """
+
+    scheme: Scheme = field(init=False)
+    _start: StepStart | None = field(default=None, init=False)
+
+    def integrate(self, scheme: Scheme) -> None:
+        self.scheme = scheme
+
+    def begin(self, start: StepStart) -> None:
+        self._start = start
+
+    @property
+    def start(self) -> StepStart:
+        """Where the step sets out."""
+        assert self._start is not None, "begin before assemble"
+        return self._start

@@ -151,7 +151,7 @@ def drape(
         ends = (0, straight, slices - straight, slices)
         parts = [_part(rod, ends[k], ends[k + 1], turn if k == 1 else 0.0) for k in range(3)]
     effects: list[Effect] = [effect for part in parts for effect in part.effects]
-    effects += [Drag(rod.mass, 20.0, Scheme()), drum]
+    effects += [Drag(rod.mass, 20.0), drum]
     if mu > 0.0:
         effects.append(CylinderFriction(drum, np.array([mu])))
     return Draped(rod, x, parts[len(parts) // 2], drum, effects)

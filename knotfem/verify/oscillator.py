@@ -41,9 +41,9 @@ class Spring(Effect):
 def swing(scheme: Scheme, steps: int, dt: float, damping: float = 0.0) -> np.ndarray:
     """Positions of an oscillator of one period a second, released from 1 at rest, shape [steps + 1]."""
     mass = np.ones(1)
-    effects = [Spring(OMEGA**2), Inertia(mass, scheme)]
+    effects = [Spring(OMEGA**2), Inertia(mass)]
     if damping > 0.0:
-        effects.append(Drag(mass, damping, scheme))
+        effects.append(Drag(mass, damping))
     system = System(effects, 1, make_solver("superlu"), scheme)
     x = np.array([[1.0, 0.0, 0.0]])
     motion = Motion(x, np.zeros((1, 3)), -(OMEGA**2) * x)

@@ -66,7 +66,7 @@ class Knot:
         x = swept_state(points, rotation_minimising_frame(points), self.rod.points).reshape(-1, 3)
         law = Penalty(8.0 * YOUNGS, RADIUS / 15.0, RADIUS / 30.0)
         self.contact = Contact(*surfaces([self.rod], 0.25 * RADIUS), law)
-        self.drag = Drag(self.rod.mass, 20.0, Scheme())
+        self.drag = Drag(self.rod.mass, 20.0)
         self.effects: list[Effect] = [*self.rod.effects, self.drag, self.contact]
         self.motion = Motion.at_rest(x)
         self.reaction = 0.0

@@ -52,7 +52,7 @@ def block(angle: float, steps: int) -> tuple[March, Cylinder, np.ndarray]:
     law, place = Penalty(11.4, 0.2, STICK), np.array([-3.0 * c - radius, 0.0, 0.0])
     plane = Cylinder(samples, law, place, np.array([0.0, 0.0, 1.0]), radius)
     scheme = BackwardEuler()
-    effects = [*rod.effects, Inertia(rod.mass, scheme), Tilting(rod.mass, angle), plane]
+    effects = [*rod.effects, Inertia(rod.mass), Tilting(rod.mass, angle), plane]
     effects.append(CylinderFriction(plane, np.array([MU])))
     system = System(effects, len(rod.mesh.nodes), make_solver("superlu"), scheme)
     settings = NewtonSettings(force_tolerance=1e-9, resultant_tolerance=1e-8, largest_move=10.0, endgame_move=10.0)

@@ -81,10 +81,10 @@ def _edges(bench: Bench) -> np.ndarray:
 
 ZERO: dict[str, Callable[[Bench], tuple[list[Effect], Effect]]] = {
     "core": lambda b: ([], Core(_edges(b), LENGTH / 6, 0.0)),
-    "inertia": lambda b: ([], Inertia(0.0 * b.mass, b.scheme)),
-    "drag": lambda b: ([], Drag(b.mass, 0.0, b.scheme)),
+    "inertia": lambda b: ([], Inertia(0.0 * b.mass)),
+    "drag": lambda b: ([], Drag(b.mass, 0.0)),
     "gravity": lambda b: ([], Gravity(b.mass, np.zeros(3))),
-    "viscous_drag": lambda b: ([], ViscousDrag(_edges(b), np.full(12, LENGTH / 6), 0.0, 0.0, b.scheme)),
+    "viscous_drag": lambda b: ([], ViscousDrag(_edges(b), np.full(12, LENGTH / 6), 0.0, 0.0)),
     "load": lambda b: ([], EndForce(b.rods[0].sections[3], b.rods[0].end_weights, lambda time: np.zeros(3))),
     "following load": lambda b: (
         [],
@@ -112,7 +112,7 @@ def test_the_bench_would_notice(name: str) -> None:
     """With a coefficient that is not zero each effect moves the rods by more than a hundred times what is allowed."""
     bench = Bench(Scheme())
     edges = {
-        "drag": ([], Drag(bench.mass, 100.0, bench.scheme)),
+        "drag": ([], Drag(bench.mass, 100.0)),
         "gravity": ([], Gravity(bench.mass, np.array([0.0, 9810.0, 0.0]))),
         "contact": ([], bench.contact),
         "friction": ([bench.contact], Friction(bench.contact, np.full((2, 2), 0.3))),

@@ -4,7 +4,7 @@ from derivatives import directional_error, residual
 from specimens import make_rod
 
 from knotfem.effects.inertia import Drag, Inertia
-from knotfem.solver.effect import Motion, StepStart
+from knotfem.solver.effect import Motion, Moving, StepStart
 from knotfem.solver.schemes import BackwardEuler, Scheme, generalised_alpha, hht
 
 SCHEMES = {
@@ -15,6 +15,12 @@ SCHEMES = {
     "hht-dissipative": hht(-0.41421),
     "generalised-alpha": generalised_alpha(0.6),
 }
+
+
+def of(scheme: Scheme, effect: Moving) -> Moving:
+    """As a system with this scheme has it."""
+    effect.integrate(scheme)
+    return effect
 
 
 def started(scheme) -> tuple[StepStart, np.ndarray, np.ndarray]:
@@ -28,14 +34,14 @@ def started(scheme) -> tuple[StepStart, np.ndarray, np.ndarray]:
 @pytest.mark.parametrize("scheme", [name for name in SCHEMES if name != "quasi-static"])
 def test_tangent_is_the_derivative_of_the_residual(kind, scheme):
     start, x, mass = started(SCHEMES[scheme])
-    effect = Inertia(mass, SCHEMES[scheme]) if kind is Inertia else Drag(mass, 20.0, SCHEMES[scheme])
+    effect = of(SCHEMES[scheme], Inertia(mass) if kind is Inertia else Drag(mass, 20.0))
     effect.begin(start)
     assert directional_error([effect], x) < 1e-8
 
 
 def test_quasi_static_drag_has_its_tangent_too():
     start, x, mass = started(Scheme())
-    drag = Drag(mass, 20.0, Scheme())
+    drag = of(Scheme(), Drag(mass, 20.0))
     drag.begin(start)
     assert directional_error([drag], x) < 1e-8
     np.testing.assert_allclose(residual([drag], x), 20.0 * mass[:, None] * (x - start.motion.x) / 0.3)
@@ -44,9 +50,9 @@ def test_quasi_static_drag_has_its_tangent_too():
 @pytest.mark.parametrize("scheme", list(SCHEMES))
 def test_merit_gradient_is_the_residual(scheme):
     start, x, mass = started(SCHEMES[scheme])
-    effects = [Drag(mass, 20.0, SCHEMES[scheme])]
+    effects = [of(SCHEMES[scheme], Drag(mass, 20.0))]
     if SCHEMES[scheme].inertial:
-        effects.append(Inertia(mass, SCHEMES[scheme]))
+        effects.append(of(SCHEMES[scheme], Inertia(mass)))
     d = np.random.default_rng(5).standard_normal(x.shape)
     for effect in effects:
         effect.begin(start)
@@ -59,7 +65,7 @@ def test_uniform_velocity_needs_no_force_and_drag_takes_its_own(scheme):
     start, x, mass = started(SCHEMES[scheme])
     motion = Motion(start.motion.x, np.full_like(x, 3.0), np.zeros_like(x))
     start = StepStart(motion, 0.3)
-    inertia, drag = Inertia(mass, SCHEMES[scheme]), Drag(mass, 20.0, SCHEMES[scheme])
+    inertia, drag = of(SCHEMES[scheme], Inertia(mass)), of(SCHEMES[scheme], Drag(mass, 20.0))
     inertia.begin(start)
     drag.begin(start)
     x = motion.x + 0.9

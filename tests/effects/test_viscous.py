@@ -44,7 +44,9 @@ def started(effect: ViscousDrag, x: np.ndarray, dt: float = 0.2) -> np.ndarray:
 
 
 def drag_of(strand: Strand, scheme: Scheme, normal: float = NORMAL, tangential: float = TANGENTIAL) -> ViscousDrag:
-    return make(Settings(normal, tangential), [strand], scheme)
+    drag = make(Settings(normal, tangential), [strand])
+    drag.integrate(scheme)
+    return drag
 
 
 @pytest.mark.parametrize("scheme", SCHEMES, ids=lambda scheme: type(scheme).__name__)
@@ -108,7 +110,7 @@ def fallen(angle: float, seconds: float, dt: float) -> np.ndarray:
     turn = np.array([[np.cos(angle), 0.0, np.sin(angle)], [0.0, 1.0, 0.0], [-np.sin(angle), 0.0, np.cos(angle)]])
     x = rod.mesh.nodes @ turn.T
     scheme = BackwardEuler()
-    effects = [rod.bulk, Inertia(rod.mass, scheme), Gravity(rod.mass, np.array([0.0, 0.0, -9810.0]))]
+    effects = [rod.bulk, Inertia(rod.mass), Gravity(rod.mass, np.array([0.0, 0.0, -9810.0]))]
     effects.append(drag_of(strand, scheme))
     system = System(effects, len(x), make_solver("auto"), scheme)
     settings = NewtonSettings(force_tolerance=1e-9, resultant_tolerance=1e-8, largest_move=1e3, endgame_move=1e3)

@@ -19,7 +19,8 @@ def test_force_on_a_straight_rod_is_length_times_coefficient_times_velocity():
     layout = make_layout([10, 4], [2.0, 3.0], [RADIUS, RADIUS])
     x = np.zeros((layout.nodes, 4))
     x[:11, 0], x[11:, 0], x[11:, 1] = 2.0 * np.arange(11), 3.0 * np.arange(5), 9.0
-    drag = make(Settings(NORMAL, TANGENTIAL), layout, BackwardEuler())
+    drag = make(Settings(NORMAL, TANGENTIAL), layout)
+    drag.integrate(BackwardEuler())
     begun([drag], x)
     moved = x + np.array([0.3, -0.4, 0.0, 1.0])
     force = residual([drag], moved).sum(axis=0)

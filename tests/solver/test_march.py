@@ -128,8 +128,8 @@ def rubbing() -> tuple[March, list]:
     cylinder = Cylinder(surfaces([rod], 1.0)[1], law, np.array([-10.0, 0.0, 8.0]), np.array([0.0, 1.0, 0.0]), 10.0)
     effects = [
         *rod.effects,
-        Inertia(rod.mass, scheme),
-        Drag(rod.mass, 20.0, scheme),
+        Inertia(rod.mass),
+        Drag(rod.mass, 20.0),
         cylinder,
         CylinderFriction(cylinder, np.array([0.4])),
     ]

@@ -47,9 +47,9 @@ def test_symmetric_storage_only_where_every_effect_is(spring):
 def test_tangent_is_the_derivative_of_the_residual(scheme):
     rod = make_rod(6.0, 4, core_stiffness=50.0)
     x = rod.mesh.nodes + 0.05 * np.random.default_rng(0).standard_normal(rod.mesh.nodes.shape)
-    effects = [*rod.effects, Drag(rod.mass, 20.0, scheme)]
+    effects = [*rod.effects, Drag(rod.mass, 20.0)]
     if scheme.inertial:
-        effects.append(Inertia(rod.mass, scheme))
+        effects.append(Inertia(rod.mass))
     system = System(effects, len(x), make_solver("superlu"), scheme)
     system.begin(StepStart(Motion.at_rest(rod.mesh.nodes), 1e-4))
     system.residual(x)
@@ -106,7 +106,7 @@ def test_forces_by_name_sum_to_the_residual():
 def test_slope_of_the_merit_is_the_residual_in_every_scheme(spring, push):
     mass = np.ones(2)
     for scheme in (Scheme(), BackwardEuler(), hht(-0.3), generalised_alpha(0.5)):
-        inertia = [Inertia(mass, scheme)] if scheme.inertial else []
+        inertia = [Inertia(mass)] if scheme.inertial else []
         effects = [spring(3.0, 0.2), push(lambda time: np.array([5.0 * time, 1.0, 0.0])), *inertia]
         system = System(effects, 2, make_solver("superlu"), scheme)
         start = Motion(np.array([[1.0, 0.2, 0.0], [0.0, 0.5, 0.3]]), np.ones((2, 3)), np.full((2, 3), 2.0), 0.5)
@@ -142,8 +142,8 @@ def test_a_step_may_be_begun_twice_with_the_weighed_start_residual(spring, push)
         effects = [
             spring(3.0),
             push(lambda time: np.array([5.0 * time, 0.0, 0.0])),
-            Drag(mass, 2.0, scheme),
-            Inertia(mass, scheme),
+            Drag(mass, 2.0),
+            Inertia(mass),
         ]
         system = System(effects, 1, make_solver("superlu"), scheme)
         motion = Motion(np.array([[1.0, 0.0, 0.0]]), np.array([[0.0, 2.0, 0.0]]), np.zeros((1, 3)), 4.0)
