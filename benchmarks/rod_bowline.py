@@ -15,10 +15,10 @@ from pathlib import Path
 import numpy as np
 from rod_common import UP, bowline, hold_ends, rest, table
 
-from knotfem.centerline.knot_type import knot_type
-from knotfem.rod.ends import driven
-from knotfem.rod.model import RodModel
-from knotfem.solver.march import StepControl
+from knotfem.models.rod.ends import driven
+from knotfem.models.rod.model import RodModel
+from knotfem.solver.stepping.integrator import StepControl
+from knotfem.topology.knot_type import knot_type
 
 SPEED, WAY = 4.0, 99.0
 

@@ -6,14 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from knotfem.centerline.curve import interpolate, read_centerline
-from knotfem.centerline.resample import equal_chords
-from knotfem.rod.contact import hertz_line_stiffness
-from knotfem.rod.ends import clamped
-from knotfem.rod.model import RodModel
-from knotfem.rod.spec import ContactSpec, CylinderSpec, RodSpec
+from knotfem.contact.curve_contact import hertz_line_stiffness
+from knotfem.geometry.curve import interpolate, read_centerline
+from knotfem.geometry.resample import equal_chords
+from knotfem.models.rod.ends import clamped
+from knotfem.models.rod.model import RodModel
+from knotfem.models.rod.spec import ContactSpec, CylinderSpec, RodSpec
 from knotfem.shipped import centerline_path
-from knotfem.solver.march import StepControl
+from knotfem.solver.stepping.integrator import StepControl
 
 YOUNGS, DENSITY = 1.425, 1.16e-9
 CORE = 3826.0

@@ -13,8 +13,8 @@ import time
 import numpy as np
 from rod_common import UP, bowline, hold_ends, rest, table
 
-from knotfem.rod.ends import driven
-from knotfem.solver.march import StepControl
+from knotfem.models.rod.ends import driven
+from knotfem.solver.stepping.integrator import StepControl
 
 
 def measure(segments: int) -> tuple[float, ...]:

@@ -22,10 +22,10 @@ import numpy as np
 from rod_common import rest, rubber, table, torus_knot, touching, unrest
 from scipy.interpolate import CubicSpline
 
-from knotfem.effects.inertia import Drag
-from knotfem.rod.ends import End, pinned
-from knotfem.rod.model import RodModel
-from knotfem.solver.march import StepControl
+from knotfem.models.rod.ends import End, pinned
+from knotfem.models.rod.model import RodModel
+from knotfem.solver.stepping.integrator import StepControl
+from knotfem.terms.inertia import Drag
 
 SIGMA = {1: 0.492, 2: 1.475}
 ALONG = np.array([1.0, 0.0, 0.0])

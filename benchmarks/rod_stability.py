@@ -18,11 +18,11 @@ from collections.abc import Callable
 import numpy as np
 from rod_common import GRAVITY, UP, bowline, hold_ends, rest, table, unrest
 
-from knotfem.centerline.frames import tangents
-from knotfem.centerline.knot_type import knot_type
-from knotfem.rod.ends import End, clamped, driven
-from knotfem.rod.model import RodModel
-from knotfem.solver.march import StepControl
+from knotfem.geometry.frames import tangents
+from knotfem.models.rod.ends import End, clamped, driven
+from knotfem.models.rod.model import RodModel
+from knotfem.solver.stepping.integrator import StepControl
+from knotfem.topology.knot_type import knot_type
 
 RUN, FALL = 10.0, 0.002
 """A knot runs where it moves on by so many mm while friction falls by so much."""

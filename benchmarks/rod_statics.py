@@ -13,13 +13,13 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from rod_common import DENSITY, GRAVITY, YOUNGS, table
 
-from knotfem.rod.ends import End, clamped, pinned, turned
-from knotfem.rod.model import RodModel, Side
-from knotfem.rod.spec import RodSpec
-from knotfem.solver.effect import StepStart
-from knotfem.solver.march import StepControl
-from knotfem.solver.newton import NewtonSettings
+from knotfem.models.rod.ends import End, clamped, pinned, turned
+from knotfem.models.rod.model import RodModel, Side
+from knotfem.models.rod.spec import RodSpec
+from knotfem.solver.nonlinear.newton import NewtonSettings
 from knotfem.solver.schemes import Scheme
+from knotfem.solver.stepping.integrator import StepControl
+from knotfem.solver.term import StepStart
 
 LENGTH, RADIUS = 100.0, 3.0
 BENDING, MASS = YOUNGS * np.pi * RADIUS**4 / 4.0, DENSITY * np.pi * RADIUS**2

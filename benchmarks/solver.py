@@ -11,14 +11,14 @@ from collections.abc import Callable
 
 import numpy as np
 
+from knotfem.models.solid.solid import Solid
 from knotfem.run.machine import usable_threads
-from knotfem.run.solid import Solid
 from knotfem.scene import load_scene
-from knotfem.solver.effect import Motion, StepStart
-from knotfem.solver.linear import make_solver
-from knotfem.solver.prescribed import Prescribed
+from knotfem.solver.constraints import Prescribed
 from knotfem.solver.schemes import Scheme
 from knotfem.solver.system import System
+from knotfem.solver.term import Motion, StepStart
+from knotfem.sparse.linear import make_solver
 
 
 def best(function: Callable[[], object], repeats: int) -> float:

@@ -36,7 +36,7 @@ def check(
     from knotfem.scene import load_scene, scene_to_toml
 
     resolved = load_scene(scene, with_model(overrides, model, from_run, last))
-    from knotfem.run.inspect import check as inspect
+    from knotfem.run.check import check as inspect
 
     found = inspect(resolved)
     if log_format == "json":

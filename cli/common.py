@@ -112,7 +112,7 @@ def new_run(scene: Scene, output: Path | None, force: bool) -> RunDirectory:
     from knotfem.run.directory import RunDirectory
 
     if scene.tie.source is not None:
-        from knotfem.run.rod_source import source_rods
+        from knotfem.models.rod.source import source_rods
 
         source_rods(scene)
         if output is not None and output.resolve() == Path(scene.tie.source):

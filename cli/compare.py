@@ -11,7 +11,7 @@ import click
 from knotfem_cli.common import Verb, at_option, displacement, open_run, output_option, shared_options
 
 if TYPE_CHECKING:
-    from knotfem.run.compare import Cell, Figure
+    from knotfem.results.compare import Cell, Figure
 
 
 @click.command(cls=Verb)
@@ -44,7 +44,7 @@ def compare(
     """
     directories = [open_run(run, overrides) for run in runs]
     place, onset = displacement(at), displacement(locking, "--locking")
-    from knotfem.run.compare import compare as hold
+    from knotfem.results.compare import compare as hold
 
     found = hold(directories, locking=onset, at=place, step=step)
     picture = output or Path("compare.png")

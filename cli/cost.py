@@ -50,11 +50,11 @@ def cost(
     """
     from rich.console import Console
 
-    from knotfem.cost import files, records, study, switches, tables
     from knotfem.errors import InputError
     from knotfem.run.files import json_line
     from knotfem.scene import load_scene
     from knotfem.scene.quantity import DURATION, parse_quantity
+    from knotfem.study import files, records, study, switches, tables
 
     for option, given in (("--store", store is not None), ("--ladder", bool(ladders))):
         if effects and given:

@@ -62,7 +62,7 @@ def pull(
     """
     overrides, says = with_model(overrides, model, from_run, last), ""
     if accuracy is not None:
-        from knotfem.cost.accuracy import accurate_overrides
+        from knotfem.study.accuracy import accurate_overrides
 
         overrides, says = accurate_overrides(source, overrides, accuracy)
     run = _prepare(source, output, force, overrides)

@@ -51,7 +51,7 @@ def render(
     """
     directory, millimetres = open_run(run, with_model(overrides, model)), displacement(at)
     out = output or directory.path / f"knot-{colour}.png"
-    from knotfem.report.pictures import render as draw
+    from knotfem.plot.pictures import render as draw
 
     draw(directory, out, colour, millimetres)
     if log_format == "json":

@@ -48,7 +48,7 @@ def tension(
     directory, millimetres = open_run(run, with_model(overrides, model)), displacement(at)
     import numpy as np
 
-    from knotfem.run.profile import tension as profile
+    from knotfem.results.profile import tension as profile
     from knotfem.run.tables import table_text, write_table
 
     columns = profile(directory, millimetres)

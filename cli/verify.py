@@ -77,7 +77,7 @@ def verify(
 
 def _cases(hard: bool, small: bool) -> list[Case]:
     if hard:
-        from knotfem.verify.hard import hard_cases
+        from knotfem.verify.stress.cases import hard_cases
 
         return hard_cases(small=small)
     from knotfem.verify.suite import closed_forms
@@ -109,7 +109,7 @@ def _write(output: Path | None, verdicts: list[Verdict]) -> None:
 
 def _show(verdicts: list[Verdict], hard: bool) -> None:
     if hard:
-        from knotfem.verify.hard_display import show
+        from knotfem.verify.stress.display import show
     else:
         from knotfem.verify.display import show
     show(verdicts)

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from knotfem.solver.effect import Effect
-from knotfem.solver.sparsity import Matrix, Pattern, merge_keys
+from knotfem.solver.term import Effect
+from knotfem.sparse.pattern import Matrix, Pattern, merge_keys
 
 Array = np.ndarray
 

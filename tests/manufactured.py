@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from knotfem.cost.ladders import base_rung, make_ladders
-from knotfem.cost.study import make_campaign
+from knotfem.results.profile import EXTRA_COLUMNS
 from knotfem.run.directory import RunDirectory
 from knotfem.run.outputs import FORCE_EXTRA
-from knotfem.run.profile import EXTRA_COLUMNS
 from knotfem.scene.model import Scene
+from knotfem.study.ladders import base_rung, make_ladders
+from knotfem.study.study import make_campaign
 
 TRUE_FORCE, TRUE_BENT = 2.0, 60.0
 LAW = {"slice": (0.04, 2.0), "section": (0.02, 2.0), "step": (0.006, 1.0), "penalty": (0.003, 1.0)}

@@ -6,16 +6,16 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from knotfem.rod.contact import hertz_line_stiffness
-from knotfem.rod.ends import End
-from knotfem.rod.model import RodModel, Side
-from knotfem.rod.sparsity import RodPattern
-from knotfem.rod.spec import ContactSpec, RodSpec
-from knotfem.solver.effect import Effect, Motion, StepStart
-from knotfem.solver.march import StepControl
-from knotfem.solver.newton import NewtonSettings
+from knotfem.contact.curve_contact import hertz_line_stiffness
+from knotfem.models.rod.ends import End
+from knotfem.models.rod.model import RodModel, Side
+from knotfem.models.rod.spec import ContactSpec, RodSpec
+from knotfem.solver.nonlinear.newton import NewtonSettings
 from knotfem.solver.schemes import Scheme
-from knotfem.solver.sparsity import Matrix
+from knotfem.solver.stepping.integrator import StepControl
+from knotfem.solver.term import Effect, Motion, StepStart
+from knotfem.sparse.pattern import Matrix
+from knotfem.sparse.rod_pattern import RodPattern
 
 YOUNGS, RADIUS = 1.425, 3.0
 BENDING, TWISTING = YOUNGS * np.pi * RADIUS**4 / 4.0, YOUNGS * np.pi * RADIUS**4 / 6.0

@@ -1,6 +1,6 @@
 """What the tests of effects, solver and section share with the cases of `knotfem verify`."""
 
-from knotfem.verify.rods import (
+from knotfem.verify.benchmarks.rods import (
     DENSITY,
     WHOLE_STEPS,
     Rod,

@@ -9,21 +9,21 @@ from typing import Any
 
 import numpy as np
 
+from knotfem.energy.account import Balance
 from knotfem.errors import Interrupted, KnotfemError, KnotLost, NotConverged, Stopped
-from knotfem.run.account import Balance
+from knotfem.models.base import make_simulation
 from knotfem.run.directory import TIED, RunDirectory
+from knotfem.run.monitor import KnotWatch
 from knotfem.run.outputs import Outputs
 from knotfem.run.progress import Progress, Silent, StepReport
 from knotfem.run.provenance import Provenance
-from knotfem.run.simulation import make_simulation
 from knotfem.run.stepping import AtRest, Underway, march_of, restored_progress, stored_progress, threads_of
 from knotfem.run.stop import StopRequest
-from knotfem.run.watch import KnotWatch
 from knotfem.scene.model import Scene
 from knotfem.scene.steps import Loaded, Pull, Relax, Release, Step
-from knotfem.solver import march
-from knotfem.solver.effect import Motion
+from knotfem.solver.stepping import integrator as march
 from knotfem.solver.system import System, labelled
+from knotfem.solver.term import Motion
 
 STATUS_EVERY = 2.0
 """Seconds between updates of status.json."""

@@ -17,7 +17,7 @@ from knotfem.scene.control import Solver
 
 def describe() -> dict[str, Any]:
     """Facts by topic, each a table of names and values that JSON holds."""
-    from knotfem.solver.linear import available
+    from knotfem.sparse.linear import available
 
     solvers = available()
     return {
@@ -69,7 +69,7 @@ def require(solver: Solver) -> None:
     Raises:
         MissingDependency: the linear solver is missing; names the cure.
     """
-    from knotfem.solver.linear import available
+    from knotfem.sparse.linear import available
 
     if solver.linear not in ("auto", *available()):
         raise MissingDependency(f"the linear solver {solver.linear} is missing; cure: pip install mkl (x86-64 only)")
@@ -87,7 +87,7 @@ def _memory() -> float:
 
 
 def _pictures() -> dict[str, str]:
-    from knotfem.report.opengl import CURE, find_window
+    from knotfem.plot.opengl import CURE, find_window
 
     missing = [name for name in ("matplotlib", "pyvista", "gmsh", "meshio") if find_spec(name) is None]
     window = find_window() if "pyvista" not in missing else None
@@ -101,7 +101,7 @@ def _pictures() -> dict[str, str]:
 def _cache_folder() -> Path:
     """Where numba keeps compiled kernels: the folder it is told, or the library's own."""
     told = os.environ.get("NUMBA_CACHE_DIR")
-    return Path(told) if told else Path(__file__).parents[1] / "effects" / "__pycache__"
+    return Path(told) if told else Path(__file__).parents[1] / "contact" / "__pycache__"
 
 
 def _existing(path: Path) -> Path:

@@ -9,20 +9,20 @@ from typing import Any, Concatenate, ParamSpec
 
 import numpy as np
 
-from knotfem.effects.registry import BOOKED_BY_NAME
-from knotfem.run.account import Account, Balance
-from knotfem.run.contacts import CONTACT_COLUMNS, contact_rows
+from knotfem.energy.account import Account, Balance
+from knotfem.models.base import Simulation
+from knotfem.models.contacts import CONTACT_COLUMNS, contact_rows
+from knotfem.models.solid.mapping import Increment
+from knotfem.results.profile import EXTRA_COLUMNS, tension
 from knotfem.run.directory import RunDirectory
-from knotfem.run.mapping import Increment
-from knotfem.run.profile import EXTRA_COLUMNS, tension
 from knotfem.run.series import open_series
-from knotfem.run.simulation import Simulation
 from knotfem.run.summary import Summary
 from knotfem.run.tables import TWIST_COLUMNS, Table, read_table
 from knotfem.scene.steps import Relax, Step
-from knotfem.solver.effect import Motion
-from knotfem.solver.march import Accepted
+from knotfem.solver.stepping.integrator import Accepted
 from knotfem.solver.system import System
+from knotfem.solver.term import Motion
+from knotfem.terms.registry import BOOKED_BY_NAME
 
 FORCE_EXTRA = (
     "step", "sliding", "imbalance_N", "drag_force_N", "unrest_N", "work_Nmm", "elastic_Nmm", "kinetic_Nmm",
@@ -100,7 +100,7 @@ class Outputs:
     @_timed
     def plots(self) -> None:
         """Plots of the tables, once the run has reached its goal."""
-        from knotfem.report import plots
+        from knotfem.plot import plots
 
         force = self.tables["force"]
         if force.rows:
@@ -119,7 +119,7 @@ class Outputs:
     @_timed
     def stretch_plot(self, stretches: list[np.ndarray]) -> None:
         """Stretch of the centreline against arclength, coloured by mapping time."""
-        from knotfem.report import plots
+        from knotfem.plot import plots
 
         first = 0
         for rod in self.model.rods:

@@ -7,16 +7,16 @@ from typing import Any
 
 import numpy as np
 
+from knotfem.energy.account import Balance, Energies
 from knotfem.errors import InputError
-from knotfem.run.account import Balance, Energies
+from knotfem.models.base import Simulation
 from knotfem.run.machine import default_threads
-from knotfem.run.simulation import Simulation
 from knotfem.scene.model import Scene
 from knotfem.scene.steps import Load, Pull, Relax, Release, Step
-from knotfem.solver import march
-from knotfem.solver.effect import Motion
-from knotfem.solver.newton import NewtonSettings
+from knotfem.solver.nonlinear.newton import NewtonSettings
+from knotfem.solver.stepping import integrator as march
 from knotfem.solver.system import System
+from knotfem.solver.term import Motion
 
 FIRST_MOVE_OVER_DIAMETER = 1.0 / 60.0
 """How far a driven end goes in the first step."""

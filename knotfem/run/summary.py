@@ -10,14 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from knotfem.run.account import Balance
+from knotfem.energy.account import Balance
+from knotfem.models.base import Simulation
 from knotfem.run.directory import RunDirectory
 from knotfem.run.machine import peak_memory_mb
-from knotfem.run.simulation import Simulation
 from knotfem.scene.model import Scene
-from knotfem.solver import linear
-from knotfem.solver.march import Accepted
+from knotfem.solver.stepping.integrator import Accepted
 from knotfem.solver.system import System
+from knotfem.sparse import linear
 
 CONTACT = ("contact", "friction", "cylinder", "cylinder friction")
 """Effects whose time counts as contact; that of all others is assembly."""

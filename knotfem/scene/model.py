@@ -33,7 +33,7 @@ class Scene(Table):
         contact: between rods and with obstacles.
         gravity: weight, or none.
         drag: viscous drag, or none.
-        effects: settings of others, by name: see `knotfem.effects.registry`.
+        effects: settings of others, by name: see `knotfem.terms.registry`.
         inertia: time integration.
         tie: mapping of the straight rods into the knot.
         solver: Newton's method.

@@ -9,9 +9,9 @@ from typing import Annotated, Any, get_type_hints
 
 from pydantic import BeforeValidator, SerializeAsAny, create_model
 
-from knotfem.effects.registry import REGISTERED, module_of
 from knotfem.scene.quantity import Quantity
 from knotfem.scene.table import Table, refusal
+from knotfem.terms.registry import REGISTERED, module_of
 
 
 @cache

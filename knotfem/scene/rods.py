@@ -92,7 +92,7 @@ class Core(Table):
 
 
 def _known_element(name: str) -> str:
-    from knotfem.effects.formulation import names
+    from knotfem.models.solid.formulation import names
 
     known_name(name, names(), "element", at="")
     return name
@@ -152,7 +152,7 @@ class Rod(Table):
     @property
     def slices(self) -> int:
         """Intervals between cross-sections; quadratic hexahedra span two."""
-        from knotfem.effects.formulation import order
+        from knotfem.models.solid.formulation import order
 
         return order(self.mesh.element) * round(self.length / self.mesh.element_length)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knotfem.errors import InputError
-from knotfem.solver.effect import Motion, StepStart
+from knotfem.solver.term import Motion, StepStart
 
 
 @dataclass(frozen=True)

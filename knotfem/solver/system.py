@@ -9,11 +9,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from knotfem.solver.effect import Arrays, Effect, Motion, StepStart
-from knotfem.solver.linear import LinearSolver
-from knotfem.solver.prescribed import Prescribed
+from knotfem.solver.constraints import Prescribed
 from knotfem.solver.schemes import Scheme
-from knotfem.solver.sparsity import Matrix, Pattern, merge_keys
+from knotfem.solver.term import Arrays, Effect, Motion, StepStart
+from knotfem.sparse.linear import LinearSolver
+from knotfem.sparse.pattern import Matrix, Pattern, merge_keys
 
 
 @dataclass

@@ -7,18 +7,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knotfem.centerline.frames import tangents
-from knotfem.centerline.knot_type import knot_type
+from knotfem.energy.account import Balance
+from knotfem.geometry.frames import tangents
 from knotfem.mesh.section import Section
-from knotfem.run.account import Balance
-from knotfem.run.solid import Solid
+from knotfem.models.solid.solid import Solid
+from knotfem.run.monitor import KnotWatch
 from knotfem.run.stepping import AtRest, march_of
-from knotfem.run.watch import KnotWatch
 from knotfem.scene.model import Scene
 from knotfem.scene.steps import Relax, Release, Step
-from knotfem.solver.effect import Motion
-from knotfem.solver.linear import available
-from knotfem.solver.march import Accepted, Progress
+from knotfem.solver.stepping.integrator import Accepted, Progress
+from knotfem.solver.term import Motion
+from knotfem.sparse.linear import available
+from knotfem.topology.knot_type import knot_type
 
 
 @dataclass(frozen=True)

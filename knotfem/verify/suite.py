@@ -7,7 +7,7 @@ from knotfem.verify.verdict import Case
 
 def closed_forms() -> list[Case]:
     """The suite of `knotfem verify`."""
-    from knotfem.verify import (
+    from knotfem.verify.benchmarks import (
         bending,
         capstan,
         contact_patch,

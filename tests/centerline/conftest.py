@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from knotfem.centerline.curve import read_centerline
-from knotfem.centerline.resample import equal_chords
+from knotfem.geometry.curve import read_centerline
+from knotfem.geometry.resample import equal_chords
 
 CENTRELINES = Path(__file__).parents[2] / "meshes" / "centrelines"
 

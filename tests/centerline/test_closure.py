@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from knotfem.centerline.closure import FAR, close, linking_number, winding_angle
 from knotfem.errors import InputError
+from knotfem.topology.closure import FAR, close, linking_number, winding_angle
 
 Array = NDArray[np.float64]
 ROD = np.column_stack([np.linspace(-1.0, 1.0, 5), np.zeros(5), [0.0, 0.1, 0.2, 0.1, 0.0]])

@@ -4,9 +4,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from knotfem.centerline.curve import NaturalSpline, interpolate, read_centerline, read_csv, read_nurbs
-from knotfem.centerline.nurbs import Nurbs
 from knotfem.errors import InputError
+from knotfem.geometry.curve import NaturalSpline, interpolate, read_centerline, read_csv, read_nurbs
+from knotfem.geometry.nurbs import Nurbs
 
 CLAMPED = [[0, 0, 0, 1], [1, 0, 0, 1], [2, 1, 0, 0.5], [2, 2, 1, 1], [3, 2, 1, 1]]
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from knotfem.centerline.diagram import Diagram, crossing_signature, diagram, view_frame
+from knotfem.topology.diagram import Diagram, crossing_signature, diagram, view_frame
 
 Array = NDArray[np.float64]
 BOWLINE = "O1- U2- U3+ O4- O5+ U6+ U7- O3+ U5+ O6+ U1- O2- O7- U4-"

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from knotfem.centerline.frames import rotation_minimising_frame, tangents, turn_frames, twist_of, writhe
 from knotfem.errors import InputError
+from knotfem.geometry.frames import rotation_minimising_frame, tangents, turn_frames, twist_of, writhe
 
 Array = NDArray[np.float64]
 

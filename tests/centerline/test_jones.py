@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from knotfem.centerline.diagram import Diagram, diagram
-from knotfem.centerline.jones import Laurent, jones
+from knotfem.topology.diagram import Diagram, diagram
+from knotfem.topology.jones import Laurent, jones
 
 Array = NDArray[np.float64]
 ABOVE = (0.01, 0.02, 1.0)

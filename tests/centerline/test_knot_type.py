@@ -7,9 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from knotfem.centerline.knot_table import PRIME, names
-from knotfem.centerline.knot_type import knot_type
 from knotfem.errors import InputError
+from knotfem.topology.knot_table import PRIME, names
+from knotfem.topology.knot_type import knot_type
 
 Array = NDArray[np.float64]
 Braid = Callable[[list[int]], list[Array]]

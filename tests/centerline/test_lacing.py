@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from knotfem.centerline.frames import tangents
-from knotfem.centerline.lacing import Ends, Lacing, lacing
+from knotfem.geometry.frames import tangents
+from knotfem.topology.linking import Ends, Lacing, lacing
 
 Array = NDArray[np.float64]
 X, Y, Z = np.eye(3)

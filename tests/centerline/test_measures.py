@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from knotfem.centerline.measures import (
+from knotfem.geometry.measures import (
     arclength,
     curvature,
     cylinder_clearance,
@@ -12,7 +12,7 @@ from knotfem.centerline.measures import (
     strand_clearance,
     turning_angles,
 )
-from knotfem.centerline.segments import segment_distance
+from knotfem.geometry.segments import segment_distance
 
 Array = NDArray[np.float64]
 

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from knotfem.centerline.nurbs import Nurbs, blender_knots
+from knotfem.geometry.nurbs import Nurbs, blender_knots
 
 
 def test_quarter_circle_is_exact() -> None:

@@ -7,9 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from knotfem.centerline.measures import strand_clearance
-from knotfem.centerline.passage import passed_through
 from knotfem.errors import InputError
+from knotfem.geometry.measures import strand_clearance
+from knotfem.topology.interpenetration import passed_through
 
 Array = NDArray[np.float64]
 

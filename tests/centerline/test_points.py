@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from knotfem.centerline.points import as_points, unit
 from knotfem.errors import InputError
+from knotfem.geometry.points import as_points, unit
 
 
 def test_returns_the_points() -> None:

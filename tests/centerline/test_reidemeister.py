@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from knotfem.centerline.diagram import Diagram, diagram
-from knotfem.centerline.jones import jones
-from knotfem.centerline.reidemeister import reduce
+from knotfem.topology.diagram import Diagram, diagram
+from knotfem.topology.jones import jones
+from knotfem.topology.reidemeister import reduce
 
 Array = NDArray[np.float64]
 ABOVE = (0.01, 0.02, 1.0)

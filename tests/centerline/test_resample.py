@@ -6,12 +6,12 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from knotfem.centerline import resample
-from knotfem.centerline.curve import interpolate
-from knotfem.centerline.measures import arclength, curvature
-from knotfem.centerline.nurbs import Nurbs, blender_knots
-from knotfem.centerline.resample import arc_parameters, equal_chords
 from knotfem.errors import InputError
+from knotfem.geometry import resample
+from knotfem.geometry.curve import interpolate
+from knotfem.geometry.measures import arclength, curvature
+from knotfem.geometry.nurbs import Nurbs, blender_knots
+from knotfem.geometry.resample import arc_parameters, equal_chords
 
 Array = NDArray[np.float64]
 BEND = np.array([[0.0, 0, 0], [10, 0, 0], [12, 1, 0], [12, 3, 0], [10, 4, 0], [0, 4, 0]])

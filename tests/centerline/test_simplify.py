@@ -3,11 +3,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from knotfem.centerline.closure import close
-from knotfem.centerline.diagram import diagram
-from knotfem.centerline.jones import jones
-from knotfem.centerline.reidemeister import reduce
-from knotfem.centerline.simplify import simplify
+from knotfem.topology.closure import close
+from knotfem.topology.diagram import diagram
+from knotfem.topology.jones import jones
+from knotfem.topology.reidemeister import reduce
+from knotfem.topology.simplify import simplify
 
 Array = NDArray[np.float64]
 

@@ -3,8 +3,8 @@ import math
 import numpy as np
 import pytest
 
-from knotfem.centerline.smoothing import gaussian_width, laplacian
 from knotfem.errors import InputError
+from knotfem.geometry.smoothing import gaussian_width, laplacian
 
 
 def test_one_pass_is_the_formula() -> None:

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from knotfem.centerline.curve import interpolate
-from knotfem.centerline.resample import equal_chords
-from knotfem.centerline.smoothing import laplacian
-from knotfem.centerline.validate import LARGEST_CURVATURE, LARGEST_TURN, Cylinder, check_apart, check_centerline
 from knotfem.errors import InputError
+from knotfem.geometry.curve import interpolate
+from knotfem.geometry.resample import equal_chords
+from knotfem.geometry.smoothing import laplacian
+from knotfem.geometry.validate import LARGEST_CURVATURE, LARGEST_TURN, Cylinder, check_apart, check_centerline
 
 Array = NDArray[np.float64]
 POST = Cylinder((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 20.0)

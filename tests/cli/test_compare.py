@@ -44,7 +44,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
         labels = [SimpleNamespace(label=run.path.name) for run in runs]
         return SimpleNamespace(curves=labels, figures=figures, write=lambda out: out.with_suffix(".csv"))
 
-    module = ModuleType("knotfem.run.compare")
+    module = ModuleType("knotfem.results.compare")
     vars(module).update(compare=compare)
     monkeypatch.setitem(sys.modules, module.__name__, module)
     monkeypatch.setattr(knotfem.run, "compare", module, raising=False)
@@ -85,7 +85,7 @@ def test_model_of_a_run_is_what_it_is(folder: Path, verb: str) -> None:
 
 def test_set_out_from_another_run(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scenes, known = [], []
-    source = ModuleType("knotfem.run.rod_source")
+    source = ModuleType("knotfem.models.rod.source")
     vars(source).update(source_rods=lambda scene: known.append(scene.tie.source_state))
     monkeypatch.setitem(sys.modules, source.__name__, source)
     module = ModuleType("knotfem.run.driver")

@@ -8,10 +8,10 @@ from click.testing import CliRunner, Result
 from manufactured import write_ladders, write_run
 
 import knotfem.run
-from knotfem.cost.ladders import Rung, base_rung
-from knotfem.cost.records import stored
-from knotfem.cost.study import make_campaign
 from knotfem.scene import load_scene
+from knotfem.study.ladders import Rung, base_rung
+from knotfem.study.records import stored
+from knotfem.study.study import make_campaign
 from knotfem_cli.main import knotfem_command
 
 PULL = "steps.1.displacement=30 mm"

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-import knotfem.report
+import knotfem.plot
+import knotfem.results
 import knotfem.run
 from knotfem import errors, shipped
 from knotfem.run.directory import TIED, RunDirectory
@@ -182,7 +183,7 @@ def test_errors_end_with_their_code(calls: Calls, stand_in: Callable[..., None],
 
 def test_check(stand_in: Callable[..., None]) -> None:
     found = {"dofs": 12, "effects": {"gravity": "absent"}, "warnings": [], "time": 0.125, "knot": None}
-    stand_in(knotfem.run, "inspect", check=lambda scene: found)
+    stand_in(knotfem.run, "check", check=lambda scene: found)
     result = call("check", "bowline", "--set", "contact.friction=0.2")
     assert result.exit_code == 0
     assert "\nfriction = 0.2\n" in result.stdout
@@ -200,7 +201,7 @@ def test_tension(stand_in: Callable[..., None], tmp_path: Path) -> None:
         force, arclength = np.array([0.5, 0.25, 0.1]), np.array([0.0, 1.0, 2.0])
         return {"displacement_mm": np.full(3, 59.0), "arclength_mm": arclength, "tension_N": force}
 
-    stand_in(knotfem.run, "profile", tension=tension)
+    stand_in(knotfem.results, "profile", tension=tension)
     path = RunDirectory.create(load_scene("bowline"), tmp_path / "run").path
     table = "displacement_mm,arclength_mm,tension_N\n59.0,0.0,0.5\n59.0,1.0,0.25\n59.0,2.0,0.1\n"
     result = call("tension", path)
@@ -223,7 +224,7 @@ def test_tension(stand_in: Callable[..., None], tmp_path: Path) -> None:
 
 def test_render(stand_in: Callable[..., None], tmp_path: Path) -> None:
     drawn: Calls = []
-    stand_in(knotfem.report, "pictures", render=lambda run, out, colour, at: drawn.append((out, colour, at)))
+    stand_in(knotfem.plot, "pictures", render=lambda run, out, colour, at: drawn.append((out, colour, at)))
     path = RunDirectory.create(load_scene("bowline"), tmp_path / "run").path
     assert call("render", path).stdout == f"{path}/knot-strain.png\n"
     assert call("render", path, "-o", "a.png", "--colour", "tension", "--at", "60 mm").stdout == "a.png\n"
@@ -236,7 +237,7 @@ def test_doctor(stand_in: Callable[..., None], monkeypatch: pytest.MonkeyPatch) 
     assert call("doctor").stdout == "threads\n  usable  2\n"
     assert json.loads(call("doctor", "--log-format", "json").stdout) == {"threads": {"usable": 2}}
     assert call("doctor", "--quiet").output == ""
-    monkeypatch.setattr("knotfem.solver.linear.available", lambda: ["superlu"])
+    monkeypatch.setattr("knotfem.sparse.linear.available", lambda: ["superlu"])
     result = call("doctor", "--set", "solver.linear=pardiso")
     assert result.exit_code == 3
     assert "pip install mkl" in result.stderr

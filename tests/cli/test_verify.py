@@ -10,7 +10,8 @@ import pytest
 from click.testing import CliRunner
 
 from knotfem.errors import Interrupted, KnotfemError, NotConverged, Stopped
-from knotfem.verify import hard, suite
+from knotfem.verify import suite
+from knotfem.verify.stress import cases as hard
 from knotfem.verify.verdict import Case, Quantity
 from knotfem_cli.verify import verify
 

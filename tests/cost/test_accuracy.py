@@ -5,12 +5,12 @@ from dataclasses import asdict, replace
 
 import pytest
 
-from knotfem.cost import accuracy, records
-from knotfem.cost.accuracy import accurate_overrides, parse_share, recommended
-from knotfem.cost.likeness import class_of
-from knotfem.cost.records import Record, Setting, store, stored, user_file
 from knotfem.errors import InputError
 from knotfem.scene import load_scene, scene_to_toml
+from knotfem.study import accuracy, records
+from knotfem.study.accuracy import accurate_overrides, parse_share, recommended
+from knotfem.study.likeness import class_of
+from knotfem.study.records import Record, Setting, store, stored, user_file
 
 COARSE = Setting(
     "slice-x2",

@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 from manufactured import write_run
 
-from knotfem.cost import campaign as module
-from knotfem.cost.campaign import Campaign, Outcome
-from knotfem.cost.ladders import Rung, base_rung
 from knotfem.errors import InputError, Stopped
 from knotfem.run.stop import StopRequest
 from knotfem.scene import load_scene
+from knotfem.study import campaign as module
+from knotfem.study.campaign import Campaign, Outcome
+from knotfem.study.ladders import Rung, base_rung
 
 STAND_IN = """
 import json, os, pathlib, sys, time

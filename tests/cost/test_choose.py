@@ -2,8 +2,8 @@
 
 import pytest
 
-from knotfem.cost.choose import Option, combine
-from knotfem.cost.ladders import Rung, base_rung
+from knotfem.study.choose import Option, combine
+from knotfem.study.ladders import Rung, base_rung
 
 BASE = Option(base_rung(), 0.02, 1.0)
 

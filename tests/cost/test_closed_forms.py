@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from knotfem.cost.closed_forms import capstan_ratio, closed_form, heavy_cantilever
 from knotfem.scene import load_scene
+from knotfem.study.closed_forms import capstan_ratio, closed_form, heavy_cantilever
 
 
 @pytest.mark.parametrize(("load", "sag"), [(1.0, 0.12347), (5.0, 0.49591), (10.0, 0.70020)])

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from knotfem.cost.convergence import extrapolate, observed_order, pareto_front, rms
+from knotfem.study.convergence import extrapolate, observed_order, pareto_front, rms
 
 refinements = st.lists(st.floats(1.3, 3.0), min_size=2, max_size=4)
 

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from knotfem.cost.campaign import Outcome
-from knotfem.cost.closed_forms import ClosedForm
-from knotfem.cost.convergence import Limit
-from knotfem.cost.errors_of import falling, ladder_limits, mesh_limit, references
-from knotfem.cost.ladders import Rung
-from knotfem.cost.measured import Measured
 from knotfem.scene import load_scene
+from knotfem.study.campaign import Outcome
+from knotfem.study.closed_forms import ClosedForm
+from knotfem.study.convergence import Limit
+from knotfem.study.errors_of import falling, ladder_limits, mesh_limit, references
+from knotfem.study.ladders import Rung
+from knotfem.study.measured import Measured
 
 TRUE = np.linspace(0.5, 2.0, 7)
 

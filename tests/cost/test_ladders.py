@@ -5,10 +5,10 @@ import re
 
 import pytest
 
-from knotfem.cost.ladders import LADDERS, SIZED, base_rung, make_ladders, refines
 from knotfem.errors import InputError
-from knotfem.run.inspect import UNUSED
+from knotfem.run.check import UNUSED
 from knotfem.scene import load_scene
+from knotfem.study.ladders import LADDERS, SIZED, base_rung, make_ladders, refines
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from knotfem.cost.quantities import GRID, bent_length, main_quantity, scale_of
+from knotfem.study.quantities import GRID, bent_length, main_quantity, scale_of
 
 
 @given(st.floats(5.0, 50.0), st.floats(0.5, 3.0), st.integers(200, 400))

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from manufactured import LAW, TRUE_BENT, TRUE_FORCE, cpu_of, error_of, write_ladders, write_run
 
-from knotfem.cost import files, records, tables
-from knotfem.cost.ladders import SIZED, Rung
-from knotfem.cost.study import chosen, run_study
 from knotfem.errors import InputError, KnotLost, NotConverged
 from knotfem.run.directory import RunDirectory
 from knotfem.run.tables import read_table
 from knotfem.scene import load_scene
+from knotfem.study import files, records, tables
+from knotfem.study.ladders import SIZED, Rung
+from knotfem.study.study import chosen, run_study
 
 SINGLE = ("slice", "section", "step", "penalty", "tolerance", "sampling", "stick")
 NAMES = (*SINGLE, "uniform", "element")
@@ -187,7 +187,7 @@ def test_table_names_front_orders_and_sources(study):
 
 
 def test_combination_follows_from_the_ladders_and_is_run(folder, monkeypatch):
-    from knotfem.cost import campaign
+    from knotfem.study import campaign
 
     taken: list[Rung] = []
 

@@ -3,11 +3,11 @@
 import pytest
 from manufactured import write_run
 
-from knotfem.cost.ladders import Rung, base_rung
-from knotfem.cost.study import make_campaign
-from knotfem.cost.switches import SWITCHES, effects_of, effects_rows, effects_table, run_effects
-from knotfem.run.registry import REGISTRY
+from knotfem.models.registry import REGISTRY
 from knotfem.scene import load_scene
+from knotfem.study.ladders import Rung, base_rung
+from knotfem.study.study import make_campaign
+from knotfem.study.switches import SWITCHES, effects_of, effects_rows, effects_table, run_effects
 
 PAIRS = 'contact.pairs=[{between=["rod","rod"], friction=0.5}, {between=["rod","cylinder"], friction=0.2}]'
 

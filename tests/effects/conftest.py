@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from specimens import Rod, make_rod, surfaces
 
-from knotfem.effects.contact import Contact
-from knotfem.effects.cylinder import Cylinder, CylinderFriction
-from knotfem.effects.friction import Friction
-from knotfem.effects.penalty import Penalty
+from knotfem.contact.penalty import Penalty
+from knotfem.contact.tube_contact import Contact
+from knotfem.contact.tube_cylinder import Cylinder, CylinderFriction
+from knotfem.contact.tube_friction import Friction
 
 LAW = Penalty(stiffness=11.4, ramp=0.2, stick=0.1)
 

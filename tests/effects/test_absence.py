@@ -10,22 +10,22 @@ import pytest
 from derivatives import tangent
 from specimens import make_rod, surfaces
 
-from knotfem.effects.contact import Contact
-from knotfem.effects.core import Core
-from knotfem.effects.cylinder import Cylinder, CylinderFriction
-from knotfem.effects.friction import Friction
-from knotfem.effects.gravity import Gravity
-from knotfem.effects.inertia import Drag, Inertia
-from knotfem.effects.load import EndForce, FollowingForce
-from knotfem.effects.penalty import Penalty
-from knotfem.effects.viscous import ViscousDrag
-from knotfem.solver.effect import Effect, Motion
-from knotfem.solver.linear import available, make_solver
-from knotfem.solver.march import March, Progress, StepControl
-from knotfem.solver.newton import NewtonSettings
-from knotfem.solver.prescribed import driven, held
+from knotfem.contact.penalty import Penalty
+from knotfem.contact.tube_contact import Contact
+from knotfem.contact.tube_cylinder import Cylinder, CylinderFriction
+from knotfem.contact.tube_friction import Friction
+from knotfem.models.solid.core import Core
+from knotfem.solver.constraints import driven, held
+from knotfem.solver.nonlinear.newton import NewtonSettings
 from knotfem.solver.schemes import BackwardEuler, Scheme
+from knotfem.solver.stepping.integrator import March, Progress, StepControl
 from knotfem.solver.system import System
+from knotfem.solver.term import Effect, Motion
+from knotfem.sparse.linear import available, make_solver
+from knotfem.terms.gravity import Gravity
+from knotfem.terms.inertia import Drag, Inertia
+from knotfem.terms.load import EndForce, FollowingForce
+from knotfem.terms.viscous import ViscousDrag
 
 SAME = 1e-12
 """Of the rods' length."""

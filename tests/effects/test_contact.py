@@ -3,8 +3,8 @@ import pytest
 from derivatives import directional_error, gradient_error, moments, residual, rotation, tangent
 from specimens import make_rod, surfaces
 
-from knotfem.effects.contact import Contact
-from knotfem.effects.penalty import Penalty
+from knotfem.contact.penalty import Penalty
+from knotfem.contact.tube_contact import Contact
 
 
 def test_some_pairs_touch_on_ramp_and_beyond(crossing):

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from derivatives import directional_error, gradient_error, moments, residual, rotation, tangent
 
-from knotfem.effects.core import Core
+from knotfem.models.solid.core import Core
 
 EA, H = 3826.0, 1.5
 

@@ -3,8 +3,8 @@ import pytest
 from derivatives import directional_error, gradient_error, residual, rotation, tangent
 from specimens import make_rod, surfaces
 
-from knotfem.effects.cylinder import Cylinder
-from knotfem.effects.penalty import Penalty
+from knotfem.contact.penalty import Penalty
+from knotfem.contact.tube_cylinder import Cylinder
 
 
 def test_tangent_is_the_derivative_of_the_residual(rest):

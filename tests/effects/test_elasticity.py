@@ -4,9 +4,9 @@ import pytest
 from derivatives import directional_error, gradient_error, moments, residual, rotation, tangent
 from specimens import make_rod, moduli
 
-from knotfem.effects.elasticity import Elasticity
-from knotfem.effects.stress import stress_state
-from knotfem.verify.solids import CORNERS, bricks
+from knotfem.models.solid.elasticity import Elasticity
+from knotfem.models.solid.stress import stress_state
+from knotfem.verify.benchmarks.solids import CORNERS, bricks
 
 ELEMENTS = ["hex8", "hex8-reduced", "hex8-incompatible", "hex27"]
 

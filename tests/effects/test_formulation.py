@@ -3,8 +3,8 @@ import pytest
 from derivatives import tangent
 from specimens import make_rod, shipped_section
 
-from knotfem.effects.formulation import make_formulation, names
 from knotfem.errors import InputError
+from knotfem.models.solid.formulation import make_formulation, names
 
 
 @pytest.mark.parametrize("element", ["hex8", "hex8-reduced", "hex8-incompatible"])

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from derivatives import directional_error, moments, residual, rotation, tangent
 
-from knotfem.effects.friction import Friction
-from knotfem.solver.effect import Motion, StepStart
+from knotfem.contact.tube_friction import Friction
+from knotfem.solver.term import Motion, StepStart
 
 
 @pytest.fixture

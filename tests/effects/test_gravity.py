@@ -3,7 +3,7 @@ import pytest
 from derivatives import gradient_error, residual, tangent
 from specimens import make_rod
 
-from knotfem.effects.gravity import Gravity
+from knotfem.terms.gravity import Gravity
 
 
 def test_weight_is_mass_times_acceleration_and_derives_from_the_energy():

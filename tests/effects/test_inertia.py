@@ -3,9 +3,9 @@ import pytest
 from derivatives import directional_error, residual
 from specimens import make_rod
 
-from knotfem.effects.inertia import Drag, Inertia
-from knotfem.solver.effect import Motion, Moving, StepStart
 from knotfem.solver.schemes import BackwardEuler, Scheme, generalised_alpha, hht
+from knotfem.solver.term import Motion, Moving, StepStart
+from knotfem.terms.inertia import Drag, Inertia
 
 SCHEMES = {
     "quasi-static": Scheme(),

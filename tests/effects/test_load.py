@@ -3,9 +3,9 @@ import pytest
 from derivatives import directional_error, gradient_error, residual, rotation, tangent
 from specimens import make_rod
 
-from knotfem.effects.load import EndForce, FollowingForce
-from knotfem.solver.effect import Motion, StepStart
-from knotfem.solver.prescribed import driven, held, turned
+from knotfem.solver.constraints import driven, held, turned
+from knotfem.solver.term import Motion, StepStart
+from knotfem.terms.load import EndForce, FollowingForce
 
 
 @pytest.fixture

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from knotfem.effects.penalty import mobilisation, mobilisation_energy, penalty
+from knotfem.contact.penalty import mobilisation, mobilisation_energy, penalty
 
 EPS, RAMP = 11.4, 0.2
 

@@ -1,9 +1,9 @@
 import numpy as np
 from specimens import make_rod, surfaces
 
-from knotfem.effects.contact import Contact
-from knotfem.effects.penalty import Penalty
-from knotfem.effects.tube import sample_points
+from knotfem.contact.penalty import Penalty
+from knotfem.contact.tube import sample_points
+from knotfem.contact.tube_contact import Contact
 
 
 def test_every_close_sample_is_found(crossing):

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from specimens import make_rod, surfaces
 
-from knotfem.effects.tube import project, sample_points, spline_radius, stencil, surface_point
+from knotfem.contact.tube import project, sample_points, spline_radius, stencil, surface_point
 
 
 def surface(x, tubes, rod, u, v):

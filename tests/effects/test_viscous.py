@@ -5,16 +5,16 @@ import pytest
 from derivatives import directional_error, residual, rotation, tangent
 from specimens import make_rod
 
-from knotfem.effects.gravity import Gravity
-from knotfem.effects.inertia import Inertia
-from knotfem.effects.registry import module_of
-from knotfem.effects.viscous import Settings, ViscousDrag, absent, make
-from knotfem.solver.effect import Motion, StepStart
-from knotfem.solver.linear import make_solver
-from knotfem.solver.march import March, Progress, StepControl
-from knotfem.solver.newton import NewtonSettings
+from knotfem.solver.nonlinear.newton import NewtonSettings
 from knotfem.solver.schemes import BackwardEuler, Scheme, generalised_alpha, hht
+from knotfem.solver.stepping.integrator import March, Progress, StepControl
 from knotfem.solver.system import System
+from knotfem.solver.term import Motion, StepStart
+from knotfem.sparse.linear import make_solver
+from knotfem.terms.gravity import Gravity
+from knotfem.terms.inertia import Inertia
+from knotfem.terms.registry import module_of
+from knotfem.terms.viscous import Settings, ViscousDrag, absent, make
 
 NORMAL, TANGENTIAL = 4e-6, 1.7e-6
 SCHEMES = [Scheme(), BackwardEuler(), hht(-0.1), generalised_alpha(0.6)]

@@ -3,7 +3,7 @@
 import pytest
 
 from knotfem.errors import InputError
-from knotfem.report.pareto import plot_pareto
+from knotfem.plot.pareto import plot_pareto
 
 
 @pytest.mark.parametrize("front", [[(1.0, 0.1, 0.1), (4.0, 0.02, 0.05)], []])

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from knotfem.report import pictures
+from knotfem.models.base import make_simulation
+from knotfem.plot import pictures
 from knotfem.run.directory import RunDirectory
 from knotfem.run.series import open_series
-from knotfem.run.simulation import make_simulation
 from knotfem.scene import load_scene
 
 COARSE = ("model=rod", "rods.0.mesh.element_length=8 mm")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from knotfem.errors import InputError
-from knotfem.report.plots import plot_comparison, plot_force, plot_stretch, plot_tension
+from knotfem.plot.plots import plot_comparison, plot_force, plot_stretch, plot_tension
 
 S = np.linspace(0, 1, 101)
 TENSION = {"s_over_L": S, "tension_N": 0.4 * (1 - S), "core_N": 0.3 * (1 - S), "bulk_N": 0.1 * (1 - S)}
@@ -87,7 +87,7 @@ def test_refusals_leave_no_file(tmp_path):
 def test_pyplot_and_its_display_are_not_touched(tmp_path):
     code = f"""
 import sys
-from knotfem.report.plots import plot_force
+from knotfem.plot.plots import plot_force
 heavy = "matplotlib" in sys.modules
 plot_force({{"": {{"displacement_mm": [0, 1], "force_N": [0, 1]}}}}, {str(tmp_path / "a.png")!r}, radius=1.0)
 print(heavy, "matplotlib.pyplot" in sys.modules)

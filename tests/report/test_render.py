@@ -4,8 +4,8 @@ import pytest
 from knotfem.errors import InputError, MissingDependency
 from knotfem.mesh.rod import RodMesh, extrude
 from knotfem.mesh.section import read_section
-from knotfem.report import opengl
-from knotfem.report.render import Camera, Cylinder, render_mesh, zoomed
+from knotfem.plot import opengl
+from knotfem.plot.render import Camera, Cylinder, render_mesh, zoomed
 
 
 @pytest.fixture(scope="module")

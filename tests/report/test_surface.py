@@ -3,7 +3,7 @@ import pytest
 
 from knotfem.mesh.rod import RodMesh, extrude
 from knotfem.mesh.section import read_section
-from knotfem.report.surface import Surface, boundary, close_strands, on_nodes, smooth_tube
+from knotfem.plot.surface import Surface, boundary, close_strands, on_nodes, smooth_tube
 
 
 @pytest.fixture(scope="module")

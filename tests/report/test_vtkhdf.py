@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from knotfem.errors import InputError
-from knotfem.report.frames import read_frame, read_mesh, read_times
-from knotfem.report.vtkhdf import VtkHdfSeries
+from knotfem.plot.frames import read_frame, read_mesh, read_times
+from knotfem.run.vtkhdf import VtkHdfSeries
 
 REFERENCE = np.array([[x, y, z] for z in range(4) for y in range(2) for x in range(2)], dtype=float)
 HEXES = np.array([[0, 1, 3, 2, 4, 5, 7, 6]]) + 4 * np.arange(3)[:, None]
@@ -19,7 +19,7 @@ FULL_DISK = """
 import resource, sys
 import numpy as np
 from knotfem.errors import InputError
-from knotfem.report.vtkhdf import VtkHdfSeries
+from knotfem.run.vtkhdf import VtkHdfSeries
 rng = np.random.default_rng(0)
 points = rng.normal(size=(20000, 3))
 series = VtkHdfSeries.create(sys.argv[1], points, np.arange(8)[None, :])
@@ -35,7 +35,7 @@ except InputError as error:
 ENDLESS = """
 import sys
 import numpy as np
-from knotfem.report.vtkhdf import VtkHdfSeries
+from knotfem.run.vtkhdf import VtkHdfSeries
 points = np.random.default_rng(0).normal(size=(2000, 3))
 series = VtkHdfSeries.create(sys.argv[1], points, np.arange(8)[None, :])
 time = 0.0

@@ -9,11 +9,11 @@ import sys
 import numpy as np
 import pytest
 
+from knotfem.models.registry import REGISTRY
+from knotfem.models.rod.reduced import Reduced
 from knotfem.run import driver
+from knotfem.run.check import check
 from knotfem.run.directory import RunDirectory
-from knotfem.run.inspect import check
-from knotfem.run.reduced import Reduced
-from knotfem.run.registry import REGISTRY
 from knotfem.run.tables import read_table
 from knotfem.scene import load_scene
 
@@ -38,12 +38,12 @@ ON = {
 """Overrides of the bare scene that call for an effect."""
 ELASTIC = {"frames", "stretch", "bend", "twist"}
 MODULES = {
-    "internal damping": {"damping", "damping_kernels"},
-    "contact": {"contact", "contact_kernels", "curve", "search"},
-    "friction": {"friction", "friction_kernels"},
-    "cylinder": {"cylinder", "cylinder_kernels"},
+    "internal damping": {"models.rod.damping", "models.rod.damping_kernels"},
+    "contact": {f"contact.{name}" for name in ("curve_contact", "curve_contact_kernels", "curve", "curve_search")},
+    "friction": {"contact.curve_friction", "contact.curve_friction_kernels"},
+    "cylinder": {"contact.curve_cylinder", "contact.curve_cylinder_kernels"},
 }
-"""Of `knotfem.rod`, by the effect that needs them."""
+"""By the effect that needs them."""
 
 
 def scene_of(*overrides: str):
@@ -93,14 +93,14 @@ def test_a_whole_run_imports_no_absent_effect(tmp_path, overrides: tuple[str, ..
     arguments = [sys.executable, "-c", IMPORTS, json.dumps([*BARE, *overrides]), str(tmp_path / "run")]
     done = subprocess.run(arguments, capture_output=True, text=True, check=True)
     found = set(json.loads(done.stdout.splitlines()[-1]))
-    assert "knotfem.rod.bend" in found
+    assert "knotfem.models.rod.bend" in found
     present = {"contact"} if overrides else set()
     for name, modules in MODULES.items():
-        assert bool({f"knotfem.rod.{module}" for module in modules} & found) == (name in present), name
-    assert not found & {"knotfem.rod.material", "knotfem.rod.mass"}
-    assert not found & {"knotfem.effects.hexahedra", "knotfem.effects.elasticity", "knotfem.run.build"}
-    others = {registered.module for registered in REGISTRY} - {"knotfem.effects.load"}
-    assert not found & {module for module in others if module.startswith("knotfem.effects.")}
+        assert bool({f"knotfem.{module}" for module in modules} & found) == (name in present), name
+    assert not found & {"knotfem.contact.material_points", "knotfem.models.rod.mass"}
+    assert not found & {f"knotfem.models.solid.{module}" for module in ("hexahedra", "elasticity", "body")}
+    others = {registered.module for registered in REGISTRY} - {"knotfem.terms.load"}
+    assert not found & {module for module in others if not module.startswith("knotfem.models.rod.")}
 
 
 def test_a_run_visits_each_effect_that_is_there_and_no_other(tmp_path) -> None:

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from reduced import BENDING, RADIUS, contact, spec
 
-from knotfem.centerline.curve import read_centerline
-from knotfem.centerline.knot_type import knot_type
-from knotfem.centerline.resample import equal_chords
-from knotfem.rod.ends import End, clamped, driven
-from knotfem.rod.model import RodModel
-from knotfem.rod.spec import CylinderSpec
+from knotfem.geometry.curve import read_centerline
+from knotfem.geometry.resample import equal_chords
+from knotfem.models.rod.ends import End, clamped, driven
+from knotfem.models.rod.model import RodModel
+from knotfem.models.rod.spec import CylinderSpec
 from knotfem.shipped import centerline_path
-from knotfem.solver.march import StepControl
+from knotfem.solver.stepping.integrator import StepControl
+from knotfem.topology.knot_type import knot_type
 
 UP = np.array([0.0, 0.0, 1.0])
 

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from reduced import RADIUS, YOUNGS, contact, crossing, line, rotation, spec
 
-from knotfem.rod.contact import hertz_line_stiffness
-from knotfem.rod.model import RodModel
-from knotfem.rod.spec import CylinderSpec
+from knotfem.contact.curve_contact import hertz_line_stiffness
+from knotfem.models.rod.model import RodModel
+from knotfem.models.rod.spec import CylinderSpec
 
 SHIFTS = [(a, b) for a in (0.0, 0.2, 0.375, 0.6) for b in (0.0, 0.2, 0.375)]
 

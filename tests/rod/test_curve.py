@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from reduced import line
 
-from knotfem.effects.tube import axial_basis
-from knotfem.rod.curve import curve_point, hinge_share, make_samples, project, sample_points
-from knotfem.rod.layout import make_layout
+from knotfem.contact.curve import curve_point, hinge_share, make_samples, project, sample_points
+from knotfem.contact.tube import axial_basis
+from knotfem.mesh.rod_layout import make_layout
 
 
 def at(x, u):

@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 from reduced import RADIUS, contact, line, spec
 
-from knotfem.rod.ends import End
-from knotfem.rod.model import RodModel
-from knotfem.rod.spec import ContactSpec, CylinderSpec
-from knotfem.solver.march import StepControl
+from knotfem.models.rod.ends import End
+from knotfem.models.rod.model import RodModel
+from knotfem.models.rod.spec import ContactSpec, CylinderSpec
+from knotfem.solver.stepping.integrator import StepControl
 
 MU, CYLINDER = 0.33, 10.0
 DOWN = np.array([0.0, 0.0, -1.0])

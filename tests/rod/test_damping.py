@@ -17,21 +17,21 @@ from reduced import (
     tangent_error,
 )
 
-from knotfem.effects.registry import INTERNAL_DAMPING
 from knotfem.errors import InputError
-from knotfem.rod.damping import BendDamping, StretchDamping, TwistDamping
-from knotfem.rod.ends import End, clamped, turned
-from knotfem.rod.frames import Clamp, Frames
-from knotfem.rod.layout import make_layout
-from knotfem.rod.model import RodModel
-from knotfem.rod.verlet import verlet
+from knotfem.mesh.rod_layout import make_layout
+from knotfem.models.rod.damping import BendDamping, StretchDamping, TwistDamping
+from knotfem.models.rod.ends import End, clamped, turned
+from knotfem.models.rod.frames import Clamp, Frames
+from knotfem.models.rod.model import RodModel
+from knotfem.models.rod.verlet import verlet
 from knotfem.run import driver
+from knotfem.run.check import check
 from knotfem.run.directory import RunDirectory
-from knotfem.run.inspect import check
 from knotfem.run.tables import read_table
 from knotfem.scene import load_scene
-from knotfem.solver.march import StepControl
 from knotfem.solver.schemes import BackwardEuler, Scheme, hht
+from knotfem.solver.stepping.integrator import StepControl
+from knotfem.terms.registry import INTERNAL_DAMPING
 
 TIME = 0.02
 AXIS = np.array([1.0, 0.0, 0.0])

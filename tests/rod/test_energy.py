@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from reduced import RADIUS, contact, line, spec, still
 
-from knotfem.centerline.curve import read_centerline
-from knotfem.centerline.knot_type import knot_type
-from knotfem.centerline.resample import equal_chords
-from knotfem.rod.ends import End, clamped, driven, pinned
-from knotfem.rod.model import RodModel
+from knotfem.geometry.curve import read_centerline
+from knotfem.geometry.resample import equal_chords
+from knotfem.models.rod.ends import End, clamped, driven, pinned
+from knotfem.models.rod.model import RodModel
 from knotfem.shipped import centerline_path
-from knotfem.solver.march import StepControl
 from knotfem.solver.schemes import hht
+from knotfem.solver.stepping.integrator import StepControl
+from knotfem.topology.knot_type import knot_type
 
 GRAVITY = np.array([0.0, 0.0, -9810.0])
 

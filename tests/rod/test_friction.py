@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from reduced import MASS, RADIUS, RUBBER, begun, contact, crossing, line, residual, settle, spec
 
-from knotfem.effects.inertia import Drag
-from knotfem.rod.model import RodModel
-from knotfem.solver.effect import Motion, StepStart
+from knotfem.models.rod.model import RodModel
+from knotfem.solver.term import Motion, StepStart
+from knotfem.terms.inertia import Drag
 
 
 def rubbing(model):

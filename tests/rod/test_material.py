@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 from reduced import rotation
 
-from knotfem.effects.tube import axial_basis
-from knotfem.rod import material
-from knotfem.rod.curve import hinge_share
-from knotfem.rod.frames import Frames
-from knotfem.rod.layout import make_layout
+from knotfem.contact import material_points as material
+from knotfem.contact.curve import hinge_share
+from knotfem.contact.tube import axial_basis
+from knotfem.mesh.rod_layout import make_layout
+from knotfem.models.rod.frames import Frames
 
 NODES = 6
 PLACES = (0.2, 1.3, 2.0, 2.5, 3.1, 4.9, 5.4)

@@ -3,11 +3,11 @@ import pytest
 from reduced import RADIUS, contact, crossing, line, rotation, settle, spec, still
 
 from knotfem.errors import InputError
-from knotfem.rod.ends import End, clamped, driven, pinned, turned
-from knotfem.rod.model import RodModel
-from knotfem.rod.spec import CylinderSpec
-from knotfem.solver.march import StepControl
+from knotfem.models.rod.ends import End, clamped, driven, pinned, turned
+from knotfem.models.rod.model import RodModel
+from knotfem.models.rod.spec import CylinderSpec
 from knotfem.solver.schemes import Scheme
+from knotfem.solver.stepping.integrator import StepControl
 
 CONTROL = StepControl(0.01, 1e-6, 0.05, RADIUS)
 

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from knotfem.rod import rotation as rot
+from knotfem.geometry import rotation as rot
 
 angles = st.floats(0.05, 2.6)
 seeds = st.integers(0, 1000)

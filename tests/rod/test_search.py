@@ -1,8 +1,8 @@
 import numpy as np
 from reduced import RADIUS, contact, line, spec
 
-from knotfem.rod.model import RodModel
-from knotfem.rod.search import match_pairs
+from knotfem.contact.curve_search import match_pairs
+from knotfem.models.rod.model import RodModel
 
 
 def looped(turns: float, pitch: float) -> np.ndarray:

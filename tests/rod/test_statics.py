@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from reduced import BENDING, MASS, TWISTING, free_mass, line, order, settle, spec, stiffness, still
 
-from knotfem.rod.ends import End, clamped, pinned, turned
-from knotfem.rod.ledger import clamp_couples
-from knotfem.rod.model import RodModel
+from knotfem.energy.ledger import clamp_couples
+from knotfem.models.rod.ends import End, clamped, pinned, turned
+from knotfem.models.rod.model import RodModel
 from knotfem.solver.schemes import Scheme
 
 LENGTH = 100.0

@@ -4,18 +4,18 @@ import numpy as np
 import pytest
 from reduced import begun, gradient_error, residual, rotation, tangent, tangent_error
 
-from knotfem.effects.penalty import Penalty
-from knotfem.rod.bend import Bend, turning
-from knotfem.rod.contact import Contact
-from knotfem.rod.curve import make_samples
-from knotfem.rod.cylinder import Cylinder, CylinderFriction
-from knotfem.rod.ends import FollowingForce
-from knotfem.rod.frames import Clamp, Frames
-from knotfem.rod.friction import Friction
-from knotfem.rod.layout import make_layout
-from knotfem.rod.stretch import Stretch
-from knotfem.rod.twist import Twist
-from knotfem.solver.effect import Motion, StepStart
+from knotfem.contact.curve import make_samples
+from knotfem.contact.curve_contact import Contact
+from knotfem.contact.curve_cylinder import Cylinder, CylinderFriction
+from knotfem.contact.curve_friction import Friction
+from knotfem.contact.penalty import Penalty
+from knotfem.mesh.rod_layout import make_layout
+from knotfem.models.rod.bend import Bend, turning
+from knotfem.models.rod.ends import FollowingForce
+from knotfem.models.rod.frames import Clamp, Frames
+from knotfem.models.rod.stretch import Stretch
+from knotfem.models.rod.twist import Twist
+from knotfem.solver.term import Motion, StepStart
 
 
 class Crooked:

@@ -5,12 +5,12 @@ import pytest
 from reduced import RADIUS, contact, line, order, spec
 
 from knotfem.errors import NotConverged
-from knotfem.rod.ends import End, clamped
-from knotfem.rod.model import RodModel
-from knotfem.rod.spec import CylinderSpec
-from knotfem.rod.verlet import stable_step, verlet
-from knotfem.solver.march import StepControl
+from knotfem.models.rod.ends import End, clamped
+from knotfem.models.rod.model import RodModel
+from knotfem.models.rod.spec import CylinderSpec
+from knotfem.models.rod.verlet import stable_step, verlet
 from knotfem.solver.schemes import Scheme, hht
+from knotfem.solver.stepping.integrator import StepControl
 
 GRAVITY = np.array([0.0, 0.0, -9810.0])
 

@@ -3,14 +3,14 @@
 import numpy as np
 from reduced import RADIUS, begun, residual, tangent_error
 
-from knotfem.effects.viscous import Settings
-from knotfem.rod.layout import make_layout
-from knotfem.rod.viscous import make
+from knotfem.mesh.rod_layout import make_layout
 from knotfem.run import driver
 from knotfem.run.directory import RunDirectory
 from knotfem.run.tables import read_table
 from knotfem.scene import load_scene
 from knotfem.solver.schemes import BackwardEuler
+from knotfem.terms.rod_viscous import make
+from knotfem.terms.viscous import Settings
 
 NORMAL, TANGENTIAL = 2e-6, 1e-6
 

@@ -10,14 +10,14 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from knotfem.effects import contact as contact_module
+from knotfem.contact import tube_contact as contact_module
 from knotfem.errors import InputError
+from knotfem.models.registry import REGISTRY
+from knotfem.models.solid.assembly import Model, build_model, step_system
+from knotfem.models.solid.body import build_body
 from knotfem.run import driver
-from knotfem.run.build import build_body
+from knotfem.run.check import check
 from knotfem.run.directory import RunDirectory
-from knotfem.run.inspect import check
-from knotfem.run.model import Model, build_model, step_system
-from knotfem.run.registry import REGISTRY
 from knotfem.run.tables import read_table
 from knotfem.scene import load_scene, scene_to_toml
 
@@ -138,11 +138,11 @@ def imported(path: str, *overrides: str) -> set[str]:
 
 def test_a_whole_run_imports_no_absent_effect(tmp_path) -> None:
     found = imported(str(tmp_path / "bare"))
-    assert "knotfem.effects.elasticity" in found
+    assert "knotfem.models.solid.elasticity" in found
     effects = {registered.module for registered in REGISTRY}
     assert not found & effects
-    assert not {name for name in found if name.startswith("knotfem.effects.") and "contact" in name}
-    assert not found & {"knotfem.effects.tube", "knotfem.effects.search", "knotfem.effects.penalty"}
+    assert not {name for name in found if name.startswith("knotfem.contact.tube_contact")}
+    assert not found & {"knotfem.contact.tube", "knotfem.contact.tube_search", "knotfem.contact.penalty"}
 
 
 def test_a_run_visits_each_effect_that_is_there_and_no_other(tmp_path) -> None:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from knotfem.errors import InputError
-from knotfem.run.compare import Comparison, compare
-from knotfem.run.curves import force_curve, onset_of_locking
+from knotfem.results.compare import Comparison, compare
+from knotfem.results.curves import force_curve, onset_of_locking
 from knotfem.run.directory import RunDirectory
 from knotfem.run.tables import read_table, write_table
 from knotfem.scene import load_scene

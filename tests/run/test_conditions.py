@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from knotfem.errors import InputError
-from knotfem.run.conditions import following_sign, force_history, friction_factor, gravity_of, make_scheme, ramp
+from knotfem.models.conditions import following_sign, force_history, friction_factor, gravity_of, make_scheme, ramp
 from knotfem.scene import Scene, load_scene
 from knotfem.scene.steps import Pull
 from knotfem.solver.schemes import BackwardEuler, GeneralisedAlpha, Scheme

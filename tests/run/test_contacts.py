@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from knotfem.run.contacts import contact_rows
-from knotfem.run.simulation import make_simulation
+from knotfem.models.base import make_simulation
+from knotfem.models.contacts import contact_rows
 from knotfem.scene import load_scene
 
 COARSE = (

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from knotfem.errors import InputError, KnotLost, NotConverged, Stopped
+from knotfem.results.profile import tension
 from knotfem.run import driver
 from knotfem.run.directory import RunDirectory
-from knotfem.run.profile import tension
+from knotfem.run.monitor import KnotWatch
 from knotfem.run.stop import StopRequest
 from knotfem.run.tables import read_table
-from knotfem.run.watch import KnotWatch
 from knotfem.scene import load_scene
 
 COARSE = (

@@ -5,9 +5,9 @@ import pytest
 
 from knotfem import shipped
 from knotfem.errors import InputError
-from knotfem.report.frames import read_frame, read_mesh
-from knotfem.report.vtkhdf import VtkHdfSeries
-from knotfem.run.solid import Solid
+from knotfem.models.solid.solid import Solid
+from knotfem.plot.frames import read_frame, read_mesh
+from knotfem.run.vtkhdf import VtkHdfSeries
 from knotfem.scene.load import load_scene
 
 BENT = ("rods.0.length=60 mm", "rods.0.mesh.element_length=6 mm", "tie.path=direct", "solver.threads=1")

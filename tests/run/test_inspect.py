@@ -1,6 +1,6 @@
 import pytest
 
-from knotfem.run.inspect import check, seconds_an_iteration
+from knotfem.run.check import check, seconds_an_iteration
 from knotfem.scene import load_scene
 
 

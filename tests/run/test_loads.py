@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from knotfem.run.simulation import make_simulation
+from knotfem.models.base import make_simulation
 from knotfem.scene import load_scene
-from knotfem.solver.effect import Motion, StepStart
-from knotfem.solver.march import Progress
+from knotfem.solver.stepping.integrator import Progress
 from knotfem.solver.system import labelled
+from knotfem.solver.term import Motion, StepStart
 
 COARSE = ("rods.0.mesh.section_elements=4", "rods.0.mesh.element_length=10 mm", "solver.threads=1")
 STEP = 'steps=[{kind="load", duration="2 s", ends={rod={end={%s}}}}]'

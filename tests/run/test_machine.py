@@ -8,10 +8,10 @@ import psutil
 import pytest
 
 from knotfem.errors import MissingDependency
-from knotfem.report import opengl
+from knotfem.plot import opengl
 from knotfem.run import machine
 from knotfem.scene.control import Solver
-from knotfem.solver import linear
+from knotfem.sparse import linear
 
 
 def test_facts_hold_in_json(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,10 +2,10 @@
 
 import pytest
 
-from knotfem.run import mapping
-from knotfem.run.solid import Solid
+from knotfem.models.solid import mapping
+from knotfem.models.solid.solid import Solid
 from knotfem.scene import load_scene
-from knotfem.solver.newton import solve
+from knotfem.solver.nonlinear.newton import solve
 
 THIN = (
     "rods.1.diameter=3 mm", "rods.0.mesh.section_elements=4", "rods.1.mesh.section_elements=4", "tie.increments=2",

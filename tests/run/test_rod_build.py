@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from knotfem.errors import InputError
-from knotfem.run import rod_build
-from knotfem.run.inspect import check
-from knotfem.run.rod_build import contact_spec, core_share, make_rods, rod_spec
-from knotfem.run.rod_lay import lay
+from knotfem.models.rod import build as rod_build
+from knotfem.models.rod.build import contact_spec, core_share, make_rods, rod_spec
+from knotfem.models.rod.initial import lay
+from knotfem.run.check import check
 from knotfem.scene import load_scene
 
 COARSE = ("model=rod", "rods.0.mesh.element_length=10 mm")

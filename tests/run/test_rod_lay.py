@@ -5,16 +5,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from knotfem.centerline.frames import rotation_minimising_frame, turn_frames
 from knotfem.errors import InputError
-from knotfem.rod.ends import clamped
-from knotfem.rod.model import RodModel
-from knotfem.run.build import mesh_of
-from knotfem.run.centreline import centreline_of
+from knotfem.geometry.frames import rotation_minimising_frame, turn_frames
+from knotfem.models.centreline import centreline_of
+from knotfem.models.rod.build import rod_spec
+from knotfem.models.rod.ends import clamped
+from knotfem.models.rod.initial import LaidRod, lay
+from knotfem.models.rod.model import RodModel
+from knotfem.models.solid.body import mesh_of
 from knotfem.run.checkpoint import read_checkpoint
 from knotfem.run.directory import SOURCE, TIED, RunDirectory
-from knotfem.run.rod_build import rod_spec
-from knotfem.run.rod_lay import LaidRod, lay
 from knotfem.scene import Scene, load_scene
 from knotfem.solver.schemes import Scheme as QuasiStatic
 from knotfem.tie import swept_state

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from knotfem.rod.ends import End, EndFrame, clamped, turned
-from knotfem.rod.model import RodModel
-from knotfem.run.rod_fields import AROUND, tube_fields, tube_mesh, tube_rings
-from knotfem.run.rod_tables import at_nodes, tension_rows, twist_rows
+from knotfem.models.rod.ends import End, EndFrame, clamped, turned
+from knotfem.models.rod.fields import AROUND, tube_fields, tube_mesh, tube_rings
+from knotfem.models.rod.model import RodModel
+from knotfem.models.rod.profile import at_nodes, tension_rows, twist_rows
 from knotfem.solver.schemes import Scheme
 from tests.reduced import BENDING, RADIUS, TWISTING, crossing, line, settle, spec, still
 

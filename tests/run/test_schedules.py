@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from knotfem.errors import InputError
+from knotfem.models.base import make_simulation
 from knotfem.run import driver
 from knotfem.run.directory import RunDirectory
-from knotfem.run.simulation import make_simulation
 from knotfem.scene import load_scene
-from knotfem.solver.effect import Motion, StepStart
-from knotfem.solver.march import Progress
+from knotfem.solver.stepping.integrator import Progress
+from knotfem.solver.term import Motion, StepStart
 
 COARSE = (
     "rods.0.length=400 mm", "rods.0.mesh.section_elements=4", "rods.0.mesh.element_length=10 mm",

@@ -9,7 +9,7 @@ import pytest
 from knotfem.errors import InputError
 from knotfem.run.stepping import Underway, march_of
 from knotfem.scene import load_scene
-from knotfem.solver.march import StepControl
+from knotfem.solver.stepping.integrator import StepControl
 
 
 def control_of(*overrides: str, step: int = 1) -> StepControl:

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from knotfem.errors import KnotLost
+from knotfem.models.base import make_simulation
 from knotfem.run import driver
 from knotfem.run.directory import RunDirectory
-from knotfem.run.simulation import make_simulation
-from knotfem.run.watch import KnotWatch
+from knotfem.run.monitor import KnotWatch
 from knotfem.scene import load_scene
 
 COARSE = ("rods.0.mesh.section_elements=4", "rods.1.mesh.section_elements=4", "output.fields=false")

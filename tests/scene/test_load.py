@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from knotfem import shipped
 from knotfem.errors import InputError
-from knotfem.run.centreline import centreline_of
+from knotfem.models.centreline import centreline_of
 from knotfem.scene import Scene, load_scene, scene_to_toml
 from knotfem.scene.load import describe
 from knotfem.scene.rods import CURVE_SUFFIXES

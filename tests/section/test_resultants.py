@@ -3,10 +3,10 @@ import pytest
 from derivatives import rotation
 from specimens import Rod, make_rod, static
 
-from knotfem.effects.gravity import Gravity
-from knotfem.effects.load import EndForce, FollowingForce
-from knotfem.section.resultants import Resultants, resultants
-from knotfem.solver.prescribed import Prescribed, held
+from knotfem.models.solid.resultants import Resultants, resultants
+from knotfem.solver.constraints import Prescribed, held
+from knotfem.terms.gravity import Gravity
+from knotfem.terms.load import EndForce, FollowingForce
 
 Z = np.array([0.0, 0.0, 1.0])
 

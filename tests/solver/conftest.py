@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from knotfem.solver.effect import Arrays, Effect, StepStart
-from knotfem.solver.sparsity import Matrix, add_blocks
+from knotfem.solver.term import Arrays, Effect, StepStart
+from knotfem.sparse.pattern import Matrix, add_blocks
 
 
 @dataclass

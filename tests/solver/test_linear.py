@@ -6,9 +6,9 @@ import pytest
 from specimens import make_rod
 
 from knotfem.errors import InputError, MissingDependency
-from knotfem.solver import pardiso
-from knotfem.solver.linear import SingularMatrixError, available, make_solver
-from knotfem.solver.sparsity import Matrix, Pattern
+from knotfem.sparse import pardiso
+from knotfem.sparse.linear import SingularMatrixError, available, make_solver
+from knotfem.sparse.pattern import Matrix, Pattern
 
 
 def rod_matrix(upper: bool, fixed: bool = True) -> Matrix:

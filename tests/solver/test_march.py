@@ -5,17 +5,17 @@ import numpy as np
 import pytest
 from specimens import make_rod, surfaces
 
-from knotfem.effects.cylinder import Cylinder, CylinderFriction
-from knotfem.effects.inertia import Drag, Inertia
-from knotfem.effects.penalty import Penalty
+from knotfem.contact.penalty import Penalty
+from knotfem.contact.tube_cylinder import Cylinder, CylinderFriction
 from knotfem.errors import NotConverged, Stopped
-from knotfem.solver.effect import Motion, longest_move
-from knotfem.solver.linear import make_solver
-from knotfem.solver.march import March, Progress, StepControl
-from knotfem.solver.newton import NewtonSettings
-from knotfem.solver.prescribed import driven
+from knotfem.solver.constraints import driven
+from knotfem.solver.nonlinear.newton import NewtonSettings
 from knotfem.solver.schemes import BackwardEuler, Scheme
+from knotfem.solver.stepping.integrator import March, Progress, StepControl
 from knotfem.solver.system import System
+from knotfem.solver.term import Motion, longest_move
+from knotfem.sparse.linear import make_solver
+from knotfem.terms.inertia import Drag, Inertia
 
 CONTROL = StepControl(first=0.1, smallest=1e-3, largest=0.4, move=10.0)
 ORIGIN = np.zeros((1, 3))

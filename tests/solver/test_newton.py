@@ -2,13 +2,13 @@ import numpy as np
 import pytest
 from specimens import make_rod
 
-from knotfem.solver import newton
-from knotfem.solver.effect import Motion, StepStart
-from knotfem.solver.linear import make_solver
-from knotfem.solver.newton import NewtonSettings, StepFailed, out_of_balance, solve
-from knotfem.solver.prescribed import Prescribed, held
+from knotfem.solver.constraints import Prescribed, held
+from knotfem.solver.nonlinear import newton
+from knotfem.solver.nonlinear.newton import NewtonSettings, StepFailed, out_of_balance, solve
 from knotfem.solver.schemes import Scheme
 from knotfem.solver.system import System
+from knotfem.solver.term import Motion, StepStart
+from knotfem.sparse.linear import make_solver
 
 ONE = np.zeros(1, dtype=int)
 

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from knotfem.errors import InputError
-from knotfem.solver.effect import Motion, StepStart
 from knotfem.solver.schemes import BackwardEuler, Scheme, generalised_alpha, hht
-from knotfem.verify.oscillator import OMEGA, amplification, amplitude_kept, swing
+from knotfem.solver.term import Motion, StepStart
+from knotfem.verify.benchmarks.oscillator import OMEGA, amplification, amplitude_kept, swing
 
 
 @pytest.mark.parametrize("scheme", [hht(-0.05), hht(-0.41421), generalised_alpha(0.6)])

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from knotfem.solver.sparsity import Matrix, Pattern, add_blocks, element_keys, merge_keys
+from knotfem.sparse.pattern import Matrix, Pattern, add_blocks, element_keys, merge_keys
 
 NODES = 7
 ELEMENTS = np.array([[0, 3, 5], [5, 1, 3], [2, 6, 0], [4, 4, 4]])

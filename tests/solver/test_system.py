@@ -3,13 +3,13 @@ import pytest
 from derivatives import gradient_error
 from specimens import make_rod
 
-from knotfem.effects.inertia import Drag, Inertia
-from knotfem.effects.load import EndForce, FollowingForce
-from knotfem.solver.effect import Motion, StepStart
-from knotfem.solver.linear import make_solver
-from knotfem.solver.prescribed import Prescribed, held
+from knotfem.solver.constraints import Prescribed, held
 from knotfem.solver.schemes import BackwardEuler, Scheme, generalised_alpha, hht
 from knotfem.solver.system import System
+from knotfem.solver.term import Motion, StepStart
+from knotfem.sparse.linear import make_solver
+from knotfem.terms.inertia import Drag, Inertia
+from knotfem.terms.load import EndForce, FollowingForce
 
 
 def test_components_of_one_node_may_be_prescribed_apart(spring):

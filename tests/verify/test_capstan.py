@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
-from knotfem.solver.effect import Motion, StepStart
-from knotfem.solver.linear import make_solver
 from knotfem.solver.schemes import Scheme
 from knotfem.solver.system import System
-from knotfem.verify.capstan import MIDDLE, RADIUS, drape, thick_capstan
+from knotfem.solver.term import Motion, StepStart
+from knotfem.sparse.linear import make_solver
+from knotfem.verify.benchmarks.capstan import MIDDLE, RADIUS, drape, thick_capstan
 
 
 def test_thickness_law():

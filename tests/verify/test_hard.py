@@ -11,22 +11,23 @@ from specimens import make_rod
 
 from knotfem import shipped
 from knotfem.errors import Interrupted, KnotfemError, MissingDependency, NotConverged, Stopped
+from knotfem.models.solid.body import build_body
 from knotfem.run import driver
-from knotfem.run.build import build_body
 from knotfem.run.directory import RunDirectory
 from knotfem.scene import Scene, load_scene
 from knotfem.scene.steps import Relax
-from knotfem.verify import hard_input, hard_steps
-from knotfem.verify.hard import Outcome, hard_cases, hard_scene, run
-from knotfem.verify.hard_display import COMMON, runs, show
-from knotfem.verify.hard_figures import figures_of
-from knotfem.verify.hard_input import random_curve, tie_random
-from knotfem.verify.hard_invariance import twins
-from knotfem.verify.hard_knots import capstan_exponent, contacts
-from knotfem.verify.hard_pressure import roughness, roughness_across
-from knotfem.verify.hard_steps import force_error
-from knotfem.verify.hard_twist import link_of
 from knotfem.verify.rehearsal import Rehearsal
+from knotfem.verify.stress import input as hard_input
+from knotfem.verify.stress import steps as hard_steps
+from knotfem.verify.stress.cases import Outcome, hard_cases, hard_scene, run
+from knotfem.verify.stress.display import COMMON, runs, show
+from knotfem.verify.stress.figures import figures_of
+from knotfem.verify.stress.input import random_curve, tie_random
+from knotfem.verify.stress.invariance import twins
+from knotfem.verify.stress.knots import capstan_exponent, contacts
+from knotfem.verify.stress.pressure import roughness, roughness_across
+from knotfem.verify.stress.steps import force_error
+from knotfem.verify.stress.twist import link_of
 from knotfem.verify.verdict import Case, Quantity, Verdict, judge, select
 
 ROWS = {
@@ -103,7 +104,7 @@ def test_link_is_kept_where_twist_becomes_writhe() -> None:
     """A rod along a helix between straight ends, its sections carried without twist: all of the link is writhe."""
     body = build_body(load_scene("overhand", ["rods.0.mesh.section_elements=4"]))
     rod = body.rods[0]
-    from knotfem.centerline.frames import rotation_minimising_frame
+    from knotfem.geometry.frames import rotation_minimising_frame
     from knotfem.tie import swept_state
 
     links = []

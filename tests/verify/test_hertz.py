@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from knotfem.effects.penalty import Penalty
-from knotfem.verify.hertz import RADIUS, YOUNGS, Crossing, half_space, sector
+from knotfem.contact.penalty import Penalty
+from knotfem.verify.benchmarks.hertz import RADIUS, YOUNGS, Crossing, half_space, sector
 
 
 def test_half_space_sinks_by_half_the_approach_under_the_pressure():

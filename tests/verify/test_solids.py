@@ -1,8 +1,8 @@
 import numpy as np
 
-from knotfem.effects.formulation import make_formulation
-from knotfem.verify.rods import make_rod
-from knotfem.verify.solids import CORNERS, tables
+from knotfem.models.solid.formulation import make_formulation
+from knotfem.verify.benchmarks.rods import make_rod
+from knotfem.verify.benchmarks.solids import CORNERS, tables
 
 
 def test_tables_of_extruded_bricks_are_those_of_hex8():

@@ -1,0 +1,102 @@
+"""Vertices on a curve with all chords equal."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import solve_banded
+
+from knotfem.errors import InputError
+from knotfem.geometry.curve import Curve
+from knotfem.geometry.points import Array
+
+TOLERANCE = 1e-9
+MOST_ITERATIONS = 60
+
+
+class EqualChords(NamedTuple):
+    """Vertices on a scaled curve.
+
+    Attributes:
+        points: shape (edges + 1, 3), in the units of the length asked for.
+        scale: factor about the origin that was applied to the curve.
+        parameters: of the vertices on the curve, shape (edges + 1,).
+    """
+
+    points: Array
+    scale: float
+    parameters: Array
+
+
+def arc_parameters(curve: Curve, count: int) -> Array:
+    """Parameters of `count` points at equal arclengths along the curve, shape (count,)."""
+    knots = curve.spans
+    gauss, weights = np.polynomial.legendre.leggauss(8)
+    pieces = max(2, -(-8 * count // (len(knots) - 1)))
+    fine = np.concatenate([np.linspace(a, b, pieces, endpoint=False) for a, b in pairwise(knots)])
+    fine = np.append(fine, knots[-1])
+    middle, half = 0.5 * (fine[1:] + fine[:-1]), 0.5 * np.diff(fine)
+    speed = np.linalg.norm(curve.derivative(middle[:, None] + half[:, None] * gauss), axis=-1)
+    arc = np.concatenate([[0.0], np.cumsum((speed * weights).sum(axis=1) * half)])
+    parameters = np.interp(np.linspace(0.0, arc[-1], count), arc, fine)
+    parameters[[0, -1]] = curve.domain
+    return parameters
+
+
+def equal_chords(curve: Curve, edges: int, length: float | None = None) -> EqualChords:
+    """Put edges + 1 vertices on the curve, first and last on its ends, all chords equal to a relative 1e-9.
+
+    Equal arcs would not do: where the curve bends, their chords are shorter, and a core of trusses would begin
+    strained. Newton's method on the parameters t_1 .. t_(edges-1) and the common chord c of |x(t_(i+1)) - x(t_i)| = c,
+    started from equal arcs.
+
+    Args:
+        curve: any smooth curve.
+        edges: number of chords, at least 1.
+        length: sum of the chords wanted, mm; the curve is scaled about the origin to have it. None keeps the scale 1.
+
+    Raises:
+        InputError: edges or length out of range, or a curve that folds back within a chord, so that no equal
+            chords exist.
+    """
+    if edges < 1:
+        raise InputError("too few edges", found=edges, expected="at least 1")
+    if length is not None and not (np.isfinite(length) and length > 0.0):
+        raise InputError("length is not positive", found=length, expected="above 0 mm")
+    smallest = TOLERANCE * float(np.ptp(curve(curve.spans), axis=0).max())
+    t = arc_parameters(curve, edges + 1)
+    x = curve(t)
+    for _ in range(MOST_ITERATIONS):
+        chord = np.diff(x, axis=0)
+        size = np.linalg.norm(chord, axis=1)
+        mean = float(size.mean())
+        if not size.min() > smallest:
+            break
+        if np.abs(size / mean - 1.0).max() < 1e-3 * TOLERANCE:
+            break
+        step = _newton_step(chord / size[:, None], size - mean, curve.derivative(t))
+        shift = np.diff(step)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            room = np.where(shift < 0.0, -np.diff(t) / shift, np.inf).min()
+        t = t + min(1.0, 0.5 * room) * step
+        x = curve(t)
+    size = np.linalg.norm(np.diff(x, axis=0), axis=1)
+    mean = float(size.mean())
+    if not (size.min() > smallest and np.abs(size - mean).max() < TOLERANCE * mean):
+        raise InputError(f"the curve has no {edges} equal chords: it turns too sharply; take more edges or smooth it")
+    scale = 1.0 if length is None else length / (edges * mean)
+    return EqualChords(scale * x, scale, t)
+
+
+def _newton_step(direction: Array, residual: Array, slope: Array) -> Array:
+    """Solve ahead_i dt_(i+1) + behind_i dt_i - dc = -residual_i, dt = 0 at both ends, for dt, shape (edges + 1,)."""
+    ahead = np.einsum("ij,ij->i", direction, slope[1:])
+    behind = -np.einsum("ij,ij->i", direction, slope[:-1])
+    bands = np.vstack([ahead, np.append(behind[1:], 0.0)])
+    with_residual, with_chord = solve_banded((1, 0), bands, np.column_stack([-residual, np.ones_like(residual)])).T
+    dc = -with_residual[-1] / with_chord[-1]
+    step = np.concatenate([[0.0], with_residual + dc * with_chord])
+    step[-1] = 0.0
+    return step

@@ -1,0 +1,77 @@
+"""Where the rods of a scene lie when tied, whatever they are modelled by."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from knotfem import shipped
+from knotfem.geometry import validate
+from knotfem.geometry.curve import interpolate, read_centerline
+from knotfem.geometry.resample import equal_chords
+from knotfem.geometry.smoothing import laplacian
+from knotfem.scene.model import Scene
+from knotfem.scene.rods import CURVE_SUFFIXES, Rod
+
+
+@dataclass(frozen=True, eq=False)
+class Centreline:
+    """Where a rod is to lie when tied.
+
+    Attributes:
+        points: vertices in equal chords [mm], shape [sections, 3].
+        warnings: what deserves one.
+    """
+
+    points: np.ndarray
+    warnings: tuple[str, ...] = ()
+
+
+def centrelines_of(scene: Scene) -> list[Centreline]:
+    """Centrelines of all rods, which must not overlap where there is contact; see `centreline_of`."""
+    found = [centreline_of(rod, rod.slices, scene) for rod in scene.rods]
+    if scene.contact.enabled and len(found) > 1:
+        lines, rods = [line.points for line in found], scene.rods
+        warnings = validate.check_apart(lines, [rod.diameter for rod in rods], [rod.name for rod in rods])
+        found[-1] = replace(found[-1], warnings=(*found[-1].warnings, *warnings))
+    return found
+
+
+def centreline_of(rod: Rod, slices: int, scene: Scene) -> Centreline:
+    """Read, smooth, scale, resample, place and check a rod's centreline.
+
+    Raises:
+        InputError: no rod can lie along it.
+    """
+    path = rod.centerline if Path(rod.centerline).suffix in CURVE_SUFFIXES else shipped.centerline_path(rod.centerline)
+    curve = read_centerline(path)
+    raw = None
+    if rod.smoothing.iterations > 0:
+        drawn = equal_chords(curve, slices, rod.length)
+        raw = drawn.points
+        curve = interpolate(laplacian(raw, rod.smoothing.gamma, rod.smoothing.iterations))
+    points = place(equal_chords(curve, slices, rod.length).points, rod)
+    obstacles = [
+        validate.Cylinder((o.point[0], o.point[1], o.point[2]), (o.axis[0], o.axis[1], o.axis[2]), o.diameter)
+        for o in scene.obstacles
+        if scene.contact.enabled
+    ]
+    warnings = validate.check_centerline(
+        points,
+        rod.diameter,
+        obstacles=obstacles,
+        unsmoothed=None if raw is None else place(raw, rod),
+        file=rod.centerline,
+    )
+    return Centreline(points, tuple(warnings))
+
+
+def place(points: np.ndarray, rod: Rod) -> np.ndarray:
+    """Turn and move a scaled curve to where the scene has it, shape [n, 3]."""
+    from scipy.spatial.transform import Rotation
+
+    axis = np.array(rod.rotation.axis, dtype=float)
+    turn = Rotation.from_rotvec(rod.rotation.angle * axis / np.linalg.norm(axis))
+    return turn.apply(points) + np.array(rod.origin)

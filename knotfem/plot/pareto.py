@@ -1,0 +1,75 @@
+"""Error against cost on paper, the Pareto front marked."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from knotfem.plot.plots import COLOURS, paper_axes
+
+if TYPE_CHECKING:
+    from matplotlib.axis import Axis
+
+MARKERS = "osD^v<>Ph*"
+
+
+def plot_pareto(
+    ladders: Mapping[str, Sequence[tuple[float, float]]],
+    front: Sequence[tuple[float, float, float]],
+    out: str | Path,
+    *,
+    label: str,
+    uncertainty: float = 0.0,
+    unordered: Collection[str] = (),
+    title: str | None = None,
+) -> None:
+    """Draw relative errors against CPU seconds, on logarithmic axes.
+
+    Args:
+        ladders: CPU seconds and relative error of each rung, from coarse to fine, by ladder.
+        front: those that none beats, by rising cost: CPU seconds, error, and the larger one that they are trusted with,
+            which is ringed.
+        out: file to write (.png, .pdf, .svg).
+        label: what the error is of.
+        uncertainty: of the reference; errors below it, shaded, say nothing.
+        unordered: ladders whose rungs are no sequence, drawn without lines.
+        title: heading.
+
+    Raises:
+        InputError: the format is unknown or the file cannot be written.
+    """
+    drawn = [point for points in ladders.values() for point in points]
+    with paper_axes(out, title, width=5.4) as axes:
+        axes.set(xscale="log", yscale="log", xlabel="CPU time (s)", ylabel=f"error, {label}")
+        for number, (name, points) in enumerate(ladders.items()):
+            if points:
+                seconds, errors = zip(*points, strict=True)
+                style = "none" if name in unordered else "-"
+                colour, marker = COLOURS[number % len(COLOURS)], MARKERS[number % len(MARKERS)]
+                axes.plot(seconds, errors, color=colour, marker=marker, ms=4, lw=0.8, ls=style, label=name)
+        if drawn:
+            seconds, errors = zip(*drawn, strict=True)
+            axes.set(xlim=(min(seconds) / 1.3, max(seconds) * 1.3), ylim=(min(errors) / 2.0, max(errors) * 2.0))
+        if front:
+            seconds, found, trusted = zip(*front, strict=True)
+            axes.vlines(seconds, found, trusted, color="0.2", lw=0.8)
+            axes.plot(seconds, trusted, ls="none", marker="o", ms=11, mfc="none", mec="0.2", mew=1.2, label="front")
+            steps = list(zip(seconds, trusted, strict=True))
+            reach = [(seconds[0], axes.get_ylim()[1]), *steps, (axes.get_xlim()[1], trusted[-1])]
+            axes.plot(*zip(*reach, strict=True), color="0.2", lw=0.8, ls="--", drawstyle="steps-post")
+        if uncertainty > 0.0:
+            axes.axhspan(axes.get_ylim()[0], uncertainty, color="0.9", lw=0, zorder=0)
+        if drawn:
+            axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.02))
+            _plain_ticks(axes.xaxis, 1.0)
+            _plain_ticks(axes.yaxis, 100.0, " %")
+
+
+def _plain_ticks(axis: Axis, factor: float, unit: str = "") -> None:
+    """Ticks at 1, 2 and 5 of a decade, written out in a unit that is `factor` times finer."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=20))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{factor * value:.4g}{unit}"))
+    axis.set_minor_formatter(NullFormatter())

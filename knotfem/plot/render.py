@@ -1,0 +1,325 @@
+"""Pictures of rods and cylinders, drawn off screen by pyvista."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from knotfem.errors import InputError
+from knotfem.plot.opengl import prepare
+from knotfem.plot.surface import Surface, boundary, on_nodes, smooth_tube
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+PLAIN = ("#e08a2c", "#3f78b5", "#5aa469", "#b55d8c")
+_HEIGHT = 1400
+GLOSS: dict[str, Any] = {"ambient": 0.22, "diffuse": 0.75, "specular": 0.25, "specular_power": 25}
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """A rigid cylinder to draw.
+
+    Attributes:
+        origin: point in the middle of its axis in mm, shape (3,).
+        axis: direction of its axis, shape (3,).
+        radius: in mm.
+        length: in mm; infinite ones are drawn as far as the rods lie around them.
+    """
+
+    origin: ArrayLike
+    axis: ArrayLike
+    radius: float
+    length: float = float("inf")
+
+    def extent(self, cloud: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+        """Middle, direction and length of the part that is drawn.
+
+        Args:
+            cloud: points of the rods in mm, shape (p, 3).
+        """
+        axis = np.asarray(self.axis, dtype=np.float64)
+        axis = axis / np.linalg.norm(axis)
+        origin = np.asarray(self.origin, dtype=np.float64)
+        if np.isfinite(self.length):
+            return origin, axis, self.length
+        offset = cloud - origin
+        along = offset @ axis
+        around = np.linalg.norm(offset - along[:, None] * axis, axis=1) < 2 * self.radius
+        span = along[around] if around.any() else np.array([-self.radius, self.radius])
+        low, high = float(span.min()) - self.radius / 2, float(span.max()) + self.radius / 2
+        return origin + axis * (low + high) / 2, axis, high - low
+
+
+@dataclass(frozen=True)
+class Camera:
+    """Where to look from.
+
+    Attributes:
+        direction: from the eye to the scene, shape (3,).
+        up: direction that points up in the picture, shape (3,).
+        target: points in mm that fill the picture, shape (m, 3); all rods if left out.
+        margin: space around the target, as a share of the picture.
+    """
+
+    direction: ArrayLike = (0.25, 1.0, -0.12)
+    up: ArrayLike = (0.0, 0.0, 1.0)
+    target: FloatArray | None = None
+    margin: float = 0.06
+
+
+def zoomed(camera: Camera, target: FloatArray, radius: float) -> Camera:
+    """The same view, framing points of a centreline and the rod around them.
+
+    Args:
+        camera: view.
+        target: points in mm, shape (m, 3); see `surface.close_strands`.
+        radius: of the rod in mm.
+    """
+    corners = np.array([[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]]) * radius
+    return replace(camera, target=np.concatenate([target + corner for corner in corners]))
+
+
+def render_mesh(
+    points: FloatArray,
+    hexes: IntArray,
+    out: str | Path,
+    *,
+    scalars: FloatArray | None = None,
+    rings: Sequence[IntArray] = (),
+    cylinders: Sequence[Cylinder] = (),
+    label: str = "",
+    title: str | None = None,
+    colour_map: str = "viridis",
+    limits: tuple[float, float] | None = None,
+    camera: Camera | None = None,
+    size: tuple[int, int] | None = None,
+) -> None:
+    """Draw rods of hexahedra into a PNG file.
+
+    Args:
+        points: positions in mm, shape (N, 3).
+        hexes: nodes of each hexahedron in VTK order, shape (E, 8).
+        out: PNG file to write.
+        scalars: what to colour by, on nodes, shape (N,), or on hexahedra, shape (E,) (then averaged to the nodes).
+        rings: boundary nodes of each section, shape (n + 1, k), one array a rod: drawn as smooth tubes. Without them
+            the faces of the hexahedra are drawn.
+        cylinders: obstacles.
+        label: name and unit of the scalar, beside the colour bar.
+        title: heading.
+        colour_map: a matplotlib colour map.
+        limits: smallest and largest value of the colour map; those of the drawn surface if left out.
+        camera: view; from -y, z upwards, by default.
+        size: width and height of the picture in pixels; fitted to the target if left out.
+
+    Raises:
+        InputError: the suffix is not .png, the arrays do not fit, or the file cannot be written.
+        MissingDependency: pyvista or an OpenGL library is absent.
+    """
+    if scalars is not None and len(scalars) == len(hexes) != len(points):
+        scalars = on_nodes(hexes, np.asarray(scalars, dtype=np.float64), len(points))
+    if scalars is not None and np.shape(scalars) != (len(points),):
+        expected = f"{len(points)} on nodes or {len(hexes)} on hexahedra"
+        raise InputError("scalars do not fit the mesh", found=f"shape {np.shape(scalars)}", expected=expected)
+    if rings:
+        surfaces = [smooth_tube(points[r], None if scalars is None else scalars[r]) for r in rings]
+    else:
+        surfaces = [boundary(points, hexes, scalars)]
+    render_surfaces(
+        surfaces,
+        out,
+        cylinders=cylinders,
+        label=label,
+        title=title,
+        colour_map=colour_map,
+        limits=limits,
+        camera=camera,
+        size=size,
+        smooth=bool(rings),
+    )
+
+
+def render_surfaces(
+    surfaces: Sequence[Surface],
+    out: str | Path,
+    *,
+    cylinders: Sequence[Cylinder] = (),
+    label: str = "",
+    title: str | None = None,
+    colour_map: str = "viridis",
+    limits: tuple[float, float] | None = None,
+    camera: Camera | None = None,
+    size: tuple[int, int] | None = None,
+    smooth: bool = True,
+) -> None:
+    """Draw surfaces into a PNG file; see `render_mesh`.
+
+    Args:
+        surfaces: one a rod; all with values or none.
+        out: PNG file to write.
+        cylinders: obstacles.
+        label: name and unit of the values.
+        title: heading.
+        colour_map: a matplotlib colour map.
+        limits: smallest and largest value of the colour map.
+        camera: view.
+        size: width and height of the picture in pixels; fitted to the target if left out.
+        smooth: shade without facets.
+
+    Raises:
+        InputError: the suffix is not .png, or the file cannot be written.
+        MissingDependency: pyvista or an OpenGL library is absent.
+    """
+    out = Path(out)
+    if out.suffix.lower() != ".png":
+        raise InputError("no such picture format", file=out, found=out.suffix or "no suffix", expected=".png")
+    prepare()
+    import pyvista as pv
+
+    if limits is None:
+        limits = _limits(surfaces)
+    cloud = np.concatenate([surface.points for surface in surfaces])
+    view = _Frame(camera or Camera(), cloud, size, bar=limits is not None)
+    plotter: Any = pv.Plotter(off_screen=True, window_size=list(view.size), lighting="none")
+    try:
+        plotter.set_background("white")
+        colouring: dict[str, Any] = {"scalars": "values", "cmap": colour_map, "clim": limits, "show_scalar_bar": False}
+        for i, surface in enumerate(surfaces):
+            kind = {"color": PLAIN[i % len(PLAIN)]} if surface.values is None else colouring
+            actor = plotter.add_mesh(_polygons(surface), smooth_shading=smooth, **GLOSS, **kind)
+            if surface.values is not None and i == 0:
+                _colour_bar(plotter, actor.mapper, label)
+        for cylinder in cylinders:
+            plotter.add_mesh(
+                _cylinder(cylinder, cloud), color="#b9bec4", smooth_shading=True, split_sharp_edges=True, **GLOSS
+            )
+        if title:
+            _text(plotter, title, left=True)
+        view.look(plotter)
+        plotter.enable_anti_aliasing("ssaa")
+        _save(plotter, out)
+    finally:
+        plotter.close()
+
+
+def _limits(surfaces: Sequence[Surface]) -> tuple[float, float] | None:
+    values = [surface.values for surface in surfaces if surface.values is not None]
+    if not values:
+        return None
+    low, high = min(float(v.min()) for v in values), max(float(v.max()) for v in values)
+    return (low, high) if high > low else (low - 0.5, high + 0.5)
+
+
+def _polygons(surface: Surface) -> Any:
+    import pyvista as pv
+
+    triangle = surface.faces[:, 2] == surface.faces[:, 3]
+    quads, triangles = surface.faces[~triangle], surface.faces[triangle, :3]
+    faces = [np.column_stack([np.full(len(part), part.shape[1]), part]).ravel() for part in (quads, triangles)]
+    mesh = pv.PolyData(np.ascontiguousarray(surface.points), np.concatenate(faces))
+    if surface.values is not None:
+        mesh.point_data["values"] = surface.values
+    return mesh
+
+
+def _cylinder(cylinder: Cylinder, cloud: FloatArray) -> Any:
+    import pyvista as pv
+
+    centre, axis, length = cylinder.extent(cloud)
+    return pv.Cylinder(center=centre, direction=axis, radius=cylinder.radius, height=length, resolution=96)
+
+
+def _colour_bar(plotter: Any, mapper: Any, label: str) -> None:
+    width, height = plotter.window_size
+    plotter.add_scalar_bar(
+        title=" ",
+        mapper=mapper,
+        vertical=True,
+        position_x=1 - 0.13 * height / width,
+        position_y=0.15,
+        width=0.05 * height / width,
+        height=0.7,
+        label_font_size=height // 42,
+        n_labels=5,
+        fmt="{:.3g}" if _formats_braces() else "%.3g",
+        color="black",
+    )
+    _text(plotter, label, left=False)
+
+
+def _text(plotter: Any, text: str, *, left: bool) -> None:
+    """A line at the upper edge of the picture."""
+    width, height = plotter.window_size
+    margin = height // 50
+    place = (margin if left else width - margin, height - margin)
+    actor = plotter.add_text(text, position=place, font_size=height // 75, color="black")
+    actor.prop.justification_horizontal = "left" if left else "right"
+    actor.prop.justification_vertical = "top"
+
+
+def _formats_braces() -> bool:
+    """VTK 9.6 and later format numbers by braces instead of printf."""
+    from vtkmodules.vtkCommonCore import vtkVersion
+
+    return (vtkVersion.GetVTKMajorVersion(), vtkVersion.GetVTKMinorVersion()) >= (9, 6)
+
+
+class _Frame:
+    """A parallel projection that fits the target, with room on the right for a colour bar."""
+
+    def __init__(self, camera: Camera, cloud: FloatArray, size: tuple[int, int] | None, *, bar: bool) -> None:
+        forward = np.asarray(camera.direction, dtype=np.float64)
+        self.forward = forward / np.linalg.norm(forward)
+        right = np.cross(self.forward, np.asarray(camera.up, dtype=np.float64))
+        self.right = right / np.linalg.norm(right)
+        self.up = np.cross(self.right, self.forward)
+        target = cloud if camera.target is None else np.asarray(camera.target)
+        across, high = target @ self.right, target @ self.up
+        width, height = float(np.ptp(across)), float(np.ptp(high))
+        room = 0.16 if bar else 0.0
+        ratio = float(np.clip(width / max(height, 1e-9), 0.55, 1.8)) + room
+        self.size = (int(_HEIGHT * ratio), _HEIGHT) if size is None else size
+        ratio = self.size[0] / self.size[1]
+        self.scale = max(height / 2, width / 2 / (ratio - room), 1e-6) * (1 + 2 * camera.margin)
+        middle = (across.min() + across.max()) / 2 + room * self.scale
+        depth = float((cloud @ self.forward).mean())
+        self.focus = middle * self.right + (high.min() + high.max()) / 2 * self.up + depth * self.forward
+        self.reach = float(np.linalg.norm(np.ptp(cloud, axis=0))) + 1.0
+
+    def look(self, plotter: Any) -> None:
+        """Point the plotter's camera, with light from over the left shoulder."""
+        import pyvista as pv
+
+        plotter.camera.parallel_projection = True
+        plotter.camera.parallel_scale = self.scale
+        plotter.camera.focal_point = self.focus
+        plotter.camera.position = self.focus - 2 * self.reach * self.forward
+        plotter.camera.up = self.up
+        plotter.camera.clipping_range = (0.5 * self.reach, 3.5 * self.reach)
+        for offset, intensity in (
+            (0.7 * self.up - 0.6 * self.right, 0.8),
+            (0.8 * self.right - 0.2 * self.up, 0.25),
+            (np.zeros(3), 0.2),
+        ):
+            eye = self.focus - self.forward + offset
+            plotter.add_light(pv.Light(position=tuple(eye), focal_point=tuple(self.focus), intensity=intensity))
+
+
+def _save(plotter: Any, out: Path) -> None:
+    from PIL import Image
+
+    temporary = out.with_name(f".{out.name}.part")
+    pixels = plotter.screenshot(return_img=True)
+    try:
+        Image.fromarray(pixels).save(temporary, format="PNG")
+        temporary.replace(out)
+    except OSError as error:
+        raise InputError(f"cannot be written ({error.strerror or error})", file=out) from error
+    finally:
+        temporary.unlink(missing_ok=True)

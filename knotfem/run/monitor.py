@@ -1,0 +1,108 @@
+"""Watching over the knot: no strand may pass through another, no knot that must hold may come undone."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from knotfem.errors import KnotLost
+from knotfem.geometry.frames import tangents
+from knotfem.models.base import Simulation
+from knotfem.topology.closure import linking_number
+from knotfem.topology.diagram import crossing_signature
+from knotfem.topology.interpenetration import passed_through
+from knotfem.topology.knot_type import knot_type
+from knotfem.topology.linking import lacing
+
+
+@dataclass(frozen=True)
+class RodKnot:
+    """What one rod is tied into.
+
+    Attributes:
+        name: of the knot, both ends continued as they left the mapping.
+        jones: polynomial in t.
+        crossings: signature seen from the front (viewer at -y, x right, z up).
+        linking: with each obstacle's axis.
+        laced: by the name of each other rod, for each way of continuing the ends, the Jones polynomial of the link with
+            it; empty where the two are not laced.
+    """
+
+    name: str
+    jones: str
+    crossings: str
+    linking: tuple[int, ...]
+    laced: dict[str, tuple[str, ...]]
+
+
+class KnotWatch:
+    """Names knots and finds passages.
+
+    Args:
+        model: rods; their targets say how the ends are continued.
+
+    Attributes:
+        ends: of each rod, along its tangents: so knots are named.
+        outward: of each rod, away from the middle of all. Rods are laced or apart where both ways agree: an end may lie
+            so that its continuation one way runs through the other rod.
+    """
+
+    def __init__(self, model: Simulation) -> None:
+        self.model = model
+        targets = [rod.target.points for rod in model.rods]
+        every = np.concatenate(targets)
+        middle = 0.5 * (every.min(axis=0) + every.max(axis=0))
+        self.ends, self.outward = [], []
+        for points in targets:
+            t = tangents(points)
+            self.ends.append((-t[0], t[-1]))
+            self.outward.append((points[0] - middle, points[-1] - middle))
+
+    def name(self, x: np.ndarray) -> dict[str, dict[str, Any]]:
+        """Knots of all rods by the rod's name, fit for JSON, at positions [mm], shape [nodes, unknowns]."""
+        rods, lines = [rod.scene.name for rod in self.model.rods], self.model.centrelines(x)
+        laced: dict[str, dict[str, tuple[str, ...]]] = {rod: {} for rod in rods}
+        for i, j in combinations(range(len(rods)), 2):
+            ways = ((self.ends[i], self.ends[j]), (self.outward[i], self.outward[j]))
+            links = [lacing((lines[i], lines[j]), ends) for ends in ways]
+            found = tuple(str(link.jones) if link.laced else "" for link in links)
+            laced[rods[i]][rods[j]] = laced[rods[j]][rods[i]] = found
+        result = {}
+        for rod, points, ends in zip(rods, lines, self.ends, strict=True):
+            kind = knot_type(points, ends)
+            linking = tuple(int(linking_number(points, o.point, o.axis)) for o in self.model.scene.obstacles)
+            knot = RodKnot(kind.name, str(kind.jones), crossing_signature(points), linking, laced[rod])
+            result[rod] = asdict(knot)
+        return result
+
+    @staticmethod
+    def lost(before: dict[str, dict[str, Any]], now: dict[str, dict[str, Any]]) -> str:
+        """What has come undone, in words; empty where all that was tied or laced still is."""
+        for rod, tied in before.items():
+            knot = now[rod]
+            if _holds(tied) and not _holds(knot):
+                return f"the {'hitch' if tied['name'] == 'unknot' else tied['name']} of {rod} has come undone"
+            for other, links in tied["laced"].items():
+                if all(links) and not any(knot["laced"][other]):
+                    return f"{rod} and {other} have come apart"
+        return ""
+
+    def check_passage(self, before: np.ndarray, after: np.ndarray, time: float) -> None:
+        """Raise KnotLost where a strand passed through another from one accepted state to the next."""
+        found = passed_through(self.model.centrelines(before), self.model.centrelines(after), self.model.diameter)
+        if found is None:
+            return
+        rods = [self.model.rods[i] for i in found.rods]
+        places = " and ".join(
+            f"s/L = {edge / rod.scene.slices:.3f} of {rod.scene.name}"
+            for edge, rod in zip(found.edges, rods, strict=True)
+        )
+        raise KnotLost(f"strands passed through each other at {time:.6g} s: {places}")
+
+
+def _holds(knot: dict[str, Any]) -> bool:
+    """Whether a rod is knotted in itself or hitched to an obstacle."""
+    return knot["name"] != "unknot" or any(knot["linking"])

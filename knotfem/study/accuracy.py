@@ -1,0 +1,199 @@
+"""What `--accuracy` sets: the cheapest stored settings that promise it."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+
+from knotfem.errors import InputError
+from knotfem.run.directory import RunDirectory
+from knotfem.scene.load import load_scene
+from knotfem.scene.model import Scene
+from knotfem.study.likeness import class_of, frictions_of, window_of
+from knotfem.study.records import Record, Setting, stored
+from knotfem.study.tables import duration
+
+GOVERNED = (
+    r"rods\.\d+\.mesh(\.(section_elements|element_length|element))?",
+    r"solver(\.(move_over_diameter|force_tolerance))?",
+    r"contact(\.(stiffness|sample_spacing|stick)_over_\w+)?",
+    r"inertia(\..*)?",
+    r"accuracy(\..*)?",
+)
+"""Keys of a scene that `--accuracy` sets, and tables that hold them."""
+
+
+def parse_share(text: str) -> float:
+    """Read "2 %" or 0.02.
+
+    Raises:
+        InputError: no share between 0 and 1.
+    """
+    match = re.fullmatch(r"\s*([0-9.eE+-]+)\s*(%?)\s*", text)
+    try:
+        value = float(match.group(1)) * (0.01 if match.group(2) else 1.0) if match else float("nan")
+    except ValueError:
+        value = float("nan")
+    if not 0.0 < value < 1.0:
+        raise InputError("not an accuracy", key="--accuracy", found=f'"{text}"', expected='a share such as "2%"')
+    return value
+
+
+def recommended(scene: Scene, target: float, records: Sequence[Record]) -> tuple[Record, Setting]:
+    """The cheapest settings within a target: of the scene itself where it was measured as it is, else of the nearest.
+
+    Errors against the limit of the scene's own model count, and those of its model against hexahedra. A scene that
+    names its model keeps it.
+
+    Args:
+        scene: to be run.
+        target: largest relative error.
+        records: measured ones.
+
+    Raises:
+        InputError: none is that accurate.
+    """
+    kind = class_of(scene)
+    alike = [record for record in records if record.scene_class == kind]
+    own = [record for record in alike if not _differences(scene, record)]
+    found = _promised(scene, own) or _promised(scene, alike)
+    good = [(record, setting) for record, setting in found if setting.bound <= target]
+    if not good:
+        raise _refusal(scene, target, f"scenes of the class {kind}", alike, found)
+    nearest = min((record for record, _ in good), key=lambda record: (_distance(scene, record), record.model != "fem"))
+    return min((pair for pair in good if pair[0] is nearest), key=lambda pair: pair[1].cpu_s)
+
+
+def _promised(scene: Scene, records: Sequence[Record]) -> list[tuple[Record, Setting]]:
+    """Settings whose errors hold for a scene and its model."""
+    named = "model" in scene.model_fields_set
+    return [
+        (record, setting)
+        for record in records
+        for setting in record.settings
+        if (setting.model == scene.model or not named)
+        and (record.model == scene.model or (record.model == "fem" and setting.model == scene.model))
+    ]
+
+
+def _distance(scene: Scene, record: Record) -> float:
+    """How far a scene is from a measured one of its class: in the window, as a ratio, and in friction."""
+    window = abs(math.log((1.0 + window_of(scene)) / (1.0 + record.window)))
+    return window + sum(abs(a - b) for a, b in zip(frictions_of(scene), record.frictions, strict=True))
+
+
+def _refusal(
+    scene: Scene, target: float, what: str, alike: Sequence[Record], found: Sequence[tuple[Record, Setting]]
+) -> InputError:
+    key = "--accuracy"
+    if not alike:
+        expected = f"a scene of a class that was measured: knotfem cost {scene.name} --store measures this one"
+        return InputError(f"no settings were measured for {what}", key=key, expected=expected)
+    if not found:
+        problem = f"{what} were measured with other models only"
+        expected = f"another model, or knotfem cost {scene.name} --model {scene.model} --store"
+        return InputError(problem, key=key, found=f"model {scene.model}", expected=expected)
+    finest = min(setting.bound for _, setting in found)
+    expected = f"{finest:.2%} or more (knotfem cost {scene.name} measures finer settings)"
+    problem = f"no settings were measured to be that accurate for {what}"
+    return InputError(problem, key=key, found=f"{target:.2%}", expected=expected)
+
+
+def accurate_overrides(source: str, overrides: Sequence[str], accuracy: str) -> tuple[tuple[str, ...], str]:
+    """Overrides that bring a scene to an accuracy, before the user's own, and a sentence about them.
+
+    Args:
+        source: a scene, as for `load_scene`.
+        overrides: the user's own.
+        accuracy: largest relative error, such as "2%".
+
+    Raises:
+        InputError: none is that accurate, an override sets what the accuracy decides, or the source is a run.
+    """
+    target = parse_share(accuracy)
+    if RunDirectory.is_run(source):
+        raise InputError("a run keeps its settings", file=source, key="--accuracy", expected="a scene")
+    for override in overrides:
+        key = override.partition("=")[0].strip()
+        if any(re.fullmatch(pattern, key) for pattern in GOVERNED):
+            raise InputError("--accuracy decides this", file="--set", key=key, expected="either of the two")
+    scene = load_scene(source, overrides)
+    record, setting = recommended(scene, target, stored())
+    chosen = [
+        *_applied(scene, setting),
+        f"accuracy.wanted={target!r}",
+        f"accuracy.measured={setting.bound!r}",
+        f'accuracy.quantity="{record.quantity}"',
+        f'accuracy.scene="{record.scene}"',
+        f'accuracy.rung="{setting.rung}"',
+    ]
+    return (*chosen, *overrides), _says(scene, target, record, setting)
+
+
+def _says(scene: Scene, target: float, record: Record, setting: Setting) -> str:
+    extrapolated = _differences(scene, record)
+    window = f" for a pull of {record.window:.3g} d" if record.window else ""
+    return (
+        f"{target:.2%} in the {record.quantity}: settings of {setting.rung} ({', '.join(_figures(scene, setting))}), "
+        f"measured on {record.scene} against the reference of the model {record.model} "
+        f"({record.date}, knotfem {record.version}): error {setting.error:.2%} +- {setting.uncertainty:.2%}, "
+        f"{duration(setting.wall_s)} there ({record.machine.get('processor', 'another machine')}, "
+        f"{record.machine.get('processors', 1)} processors){window}"
+        + (f"; an extrapolation: {', '.join(extrapolated)}" if extrapolated else "")
+    )
+
+
+def _differences(scene: Scene, record: Record) -> list[str]:
+    """What makes a measured scene another one."""
+    window, frictions = window_of(scene), frictions_of(scene)
+    found = [] if record.scene == scene.name else ["another scene"]
+    if not math.isclose(window, record.window, rel_tol=1e-6):
+        found.append(f"a pull of {record.window:.3g} d there and {window:.3g} d here")
+    if not all(math.isclose(a, b, rel_tol=1e-6) for a, b in zip(frictions, record.frictions, strict=True)):
+        there, here = (", ".join(f"{value:g}" for value in values) for values in (record.frictions, frictions))
+        found.append(f"friction {there} there and {here} here")
+    return found
+
+
+def _figures(scene: Scene, setting: Setting) -> list[str]:
+    """The settings that a model reads, for people."""
+    solid = setting.model == "fem"
+
+    def named(found: str, own: str) -> str:
+        return found if found == own else f"{found} in place of {own}"
+
+    section = [f"element {setting.element}", f"section of {setting.section_elements} elements"] if solid else []
+    penalty = [f"penalty {setting.stiffness:g}"] if solid and scene.contact.enabled else []
+    return [
+        f"model {named(setting.model, scene.model)}",
+        named(setting.scheme, scene.inertia.scheme),
+        *section,
+        f"slices of {setting.element_length:.3g} d",
+        f"step {setting.move:g} d",
+        *penalty,
+        f"tolerance {_tolerance(scene, setting):.4g} N",
+    ]
+
+
+def _tolerance(scene: Scene, setting: Setting) -> float:
+    return setting.tolerance * scene.youngs_modulus * scene.diameter**2
+
+
+def _applied(scene: Scene, setting: Setting) -> list[str]:
+    overrides = [
+        f"model={setting.model}",
+        f"inertia.scheme={setting.scheme}",
+        f"solver.move_over_diameter={setting.move!r}",
+        f"solver.force_tolerance={_tolerance(scene, setting)!r} N",
+        f"contact.stiffness_over_modulus={setting.stiffness!r}",
+        f"contact.sample_spacing_over_diameter={setting.sample_spacing!r}",
+        f"contact.stick_over_diameter={setting.stick!r}",
+    ]
+    for i, rod in enumerate(scene.rods):
+        overrides += [
+            f"rods.{i}.mesh.element={setting.element}",
+            f"rods.{i}.mesh.section_elements={setting.section_elements}",
+            f"rods.{i}.mesh.element_length={setting.element_length * rod.diameter!r} mm",
+        ]
+    return overrides

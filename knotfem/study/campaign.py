@@ -1,0 +1,209 @@
+"""Runs the rungs of a cost table in processes of their own: cheapest first, within a budget, resumable."""
+
+from __future__ import annotations
+
+import os
+import signal
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+from knotfem.errors import InputError, Interrupted, KnotfemError, KnotLost, NotConverged, Stopped
+from knotfem.run.directory import RunDirectory
+from knotfem.run.stop import StopRequest
+from knotfem.scene.model import Scene
+from knotfem.study.expect import START_SECONDS, expected_memory, expected_seconds
+from knotfem.study.ladders import BASE, Rung
+
+State = Literal["done", "failed", "stopped", "left out"]
+POLL = 0.1
+"""Seconds between looks at the processes."""
+WORKER = (sys.executable, "-m", "knotfem.study.worker")
+LOG = "worker.log"
+STOPPED = (Stopped.exit_code, Interrupted.exit_code, -signal.SIGTERM, -signal.SIGINT)
+"""Exit codes of processes that were asked to stop, also before they could write a checkpoint."""
+FAILURES = {kind.exit_code: kind for kind in (InputError, NotConverged, KnotLost)}
+"""Failures that are results, by exit code; any other end is a crash."""
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a rung.
+
+    Attributes:
+        state: "done"; "failed", which is a result; "stopped" with a checkpoint; "left out" by the budget.
+        reason: why it is not done.
+        exit_code: of a failed one's process.
+    """
+
+    state: State
+    reason: str = ""
+    exit_code: int = 0
+
+
+@dataclass(eq=False)
+class Campaign:
+    """Rungs of one scene in one folder.
+
+    Args:
+        folder: run directories go to its subfolder runs.
+        scene_of: the scene of a rung.
+        jobs: processes at a time.
+        threads: of each process.
+        deadline: on the clock of `time.monotonic`, or none.
+        tell: told what starts, ends and is left out.
+    """
+
+    folder: Path
+    scene_of: Callable[[Rung], Scene]
+    jobs: int
+    threads: int
+    deadline: float = float("inf")
+    tell: Callable[[str], None] = print
+    outcomes: dict[str, Outcome] = field(default_factory=dict)
+    _pace: list[float] = field(default_factory=list)
+
+    def run_of(self, rung: Rung) -> RunDirectory:
+        """The run directory of a rung, there or not."""
+        return RunDirectory(self.folder / "runs" / rung.name)
+
+    def take(self, rungs: Sequence[Rung]) -> None:
+        """Bring rungs to an outcome; those that have one in the folder keep it.
+
+        Raises:
+            Stopped: by SIGTERM. Checkpoints are written.
+            Interrupted: by Ctrl-C, likewise.
+            InputError: a folder holds a run of another scene.
+        """
+        waiting = [rung for rung in rungs if self._possible(rung) and not self._known(rung)]
+        waiting.sort(key=lambda rung: (rung.name != BASE, expected_seconds(self.scene_of(rung)), rung.name))
+        working: dict[str, tuple[Rung, subprocess.Popen[bytes], float]] = {}
+        with StopRequest() as stop:
+            try:
+                while waiting or working:
+                    if stop.due:
+                        raise stop.error()
+                    while waiting and len(working) < self.jobs and not (working and self._crowded(waiting[0])):
+                        rung = waiting.pop(0)
+                        if self._fits(rung):
+                            working[rung.name] = (rung, self._start(rung), time.monotonic())
+                    time.sleep(POLL)
+                    for name, (rung, process, began) in list(working.items()):
+                        if process.poll() is not None:
+                            del working[name]
+                            self._ended(rung, process.returncode, time.monotonic() - began)
+            except (Stopped, Interrupted) as error:
+                raise type(error)("stopped; checkpoints are written, the same command goes on") from None
+            finally:
+                for _, process, _ in working.values():
+                    process.terminate()
+                for _, process, _ in working.values():
+                    process.wait()
+
+    def _possible(self, rung: Rung) -> bool:
+        """Whether a rung is a scene; a refused one has failed, the base passes the refusal on."""
+        try:
+            self.scene_of(rung)
+        except InputError as error:
+            if rung.name == BASE:
+                raise
+            self.outcomes[rung.name] = Outcome("failed", str(error), error.exit_code)
+            return False
+        return True
+
+    def _known(self, rung: Rung) -> bool:
+        """Whether the folder holds an outcome of a rung already."""
+        run, scene = self.run_of(rung), self.scene_of(rung)
+        if rung.name in self.outcomes and self.outcomes[rung.name].state in ("done", "failed"):
+            return True
+        if not RunDirectory.is_run(run.path):
+            return False
+        if _physics(run.scene) != _physics(scene):
+            raise InputError("the folder holds a run of another scene", file=run.path, expected="another folder (-o)")
+        state = run.read_status() if (run.path / "status.json").exists() else {"state": "stopped"}
+        if state["state"] not in ("done", "failed"):
+            return False
+        code = int(state.get("exit_code", NotConverged.exit_code)) if state["state"] == "failed" else 0
+        if code and code not in FAILURES:
+            return False
+        self.outcomes[rung.name] = Outcome(state["state"], str(state.get("reason", "")), code)
+        if state["state"] == "done":
+            self._learn(scene, START_SECONDS + _spent(run))
+        self.tell(f"{rung.name}: {state['state']} already")
+        return True
+
+    def _fits(self, rung: Rung) -> bool:
+        left = self.deadline - time.monotonic()
+        needed = self.expected(rung)
+        hopeless = BASE in self.outcomes and self.outcomes[BASE].state == "failed"
+        if rung.name == BASE or (needed <= left and not hopeless):
+            self.tell(f"{rung.name}: started, about {needed / 60.0:.1f} min ({rung.setting})")
+            return True
+        reason = (
+            "the scene itself fails"
+            if hopeless
+            else f"needs about {needed / 60.0:.1f} min, {max(left, 0.0) / 60.0:.1f} min are left of the budget"
+        )
+        self.outcomes[rung.name] = Outcome("left out", reason)
+        self.tell(f"{rung.name}: left out, {reason}")
+        return False
+
+    def _crowded(self, rung: Rung) -> bool:
+        """Whether a rung has to wait until others have given their memory back."""
+        import psutil
+
+        return expected_memory(self.scene_of(rung)) > psutil.virtual_memory().available / 1e6
+
+    def expected(self, rung: Rung) -> float:
+        """Wall seconds that a rung still needs, by the pace of those that are done."""
+        needed = expected_seconds(self.scene_of(rung)) * (statistics.median(self._pace) if self._pace else 1.0)
+        return max(needed - _spent(self.run_of(rung)), 0.1 * needed)
+
+    def _start(self, rung: Rung) -> subprocess.Popen[bytes]:
+        run, scene = self.run_of(rung), self.scene_of(rung)
+        if not RunDirectory.is_run(run.path):
+            RunDirectory.create(scene, run.path)
+        command = [*WORKER, str(run.path)]
+        if self.deadline < float("inf"):
+            command.append(f"{max(self.deadline - time.monotonic(), 1.0):.1f}")
+        environment = {**os.environ, **dict.fromkeys(THREADS, str(self.threads))}
+        with (run.path / LOG).open("ab") as log:
+            return subprocess.Popen(command, stdout=log, stderr=log, env=environment)
+
+    def _ended(self, rung: Rung, code: int, seconds: float) -> None:
+        run = self.run_of(rung)
+        reason = str(run.read_status().get("reason", "")) if (run.path / "status.json").exists() else ""
+        if code == 0:
+            self.outcomes[rung.name] = Outcome("done")
+            self._learn(run.scene, START_SECONDS + _spent(run))
+        elif code in STOPPED:
+            self.outcomes[rung.name] = Outcome("stopped", "out of time or asked to; the same command goes on")
+        else:
+            crashed = f"the process ended with {code}, see {run.path / LOG}; the same command tries again"
+            self.outcomes[rung.name] = Outcome("failed", reason if reason and code in FAILURES else crashed, code)
+        outcome = self.outcomes[rung.name]
+        self.tell(f"{rung.name}: {outcome.state} after {seconds:.0f} s" + (f", {outcome.reason}" if code else ""))
+
+    def _learn(self, scene: Scene, seconds: float) -> None:
+        self._pace.append(seconds / expected_seconds(scene))
+
+
+def _physics(scene: Scene) -> Scene:
+    """A scene without what leaves its results as they are."""
+    solver = scene.solver.model_copy(update={"threads": 0, "time_limit": None})
+    output = scene.output.model_copy(update={"checkpoint_every": 60.0})
+    return scene.model_copy(update={"solver": solver, "output": output})
+
+
+def _spent(run: RunDirectory) -> float:
+    """Wall seconds that a run took so far."""
+    try:
+        return sum(phase["wall_s"] for phase in run.read_summary()["phases"].values())
+    except KnotfemError:
+        return 0.0

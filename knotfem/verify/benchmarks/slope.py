@@ -1,0 +1,114 @@
+"""A block on a slope: a short rod lying along a cylinder so wide that it is a plane.
+
+Touched by eight lines of samples only, the rod is an octagonal prism; it rests on two of them.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from knotfem.contact.penalty import Penalty
+from knotfem.contact.tube_cylinder import Cylinder, CylinderFriction
+from knotfem.solver.nonlinear.newton import NewtonSettings
+from knotfem.solver.schemes import BackwardEuler
+from knotfem.solver.stepping.integrator import March
+from knotfem.solver.system import System
+from knotfem.solver.term import Motion, StepStart
+from knotfem.sparse.linear import make_solver
+from knotfem.terms.gravity import Gravity
+from knotfem.terms.inertia import Inertia
+from knotfem.verify.benchmarks.rods import make_rod, march, surfaces
+from knotfem.verify.verdict import Case, Quantity
+
+G = 9810.0
+MU = 0.3
+STICK = 0.1
+STEP = 2e-3
+LEVEL = 0.06
+"""Seconds during which the plane stays level, for the block to come to rest on it."""
+
+
+class Tilting(Gravity):
+    """Weight across the plane and, from `LEVEL` on within `LEVEL` more, a share of it along the plane."""
+
+    def __init__(self, mass: np.ndarray, angle: float) -> None:
+        super().__init__(mass, np.zeros(3))
+        self.angle = angle
+
+    def begin(self, start: StepStart) -> None:
+        angle = self.angle * min(max(start.end / LEVEL - 1.0, 0.0), 1.0)
+        self.acceleration = G * np.array([-np.cos(angle), 0.0, np.sin(angle)])
+
+
+def block(angle: float, steps: int) -> tuple[March, Cylinder, np.ndarray]:
+    """A march of the block, the plane, and the mass of each node."""
+    rod = make_rod(18.0, 6, section=4)
+    radius, eighth = 1e5, np.pi / 8.0
+    c, s = np.cos(eighth), np.sin(eighth)
+    x = rod.mesh.nodes @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    samples = surfaces([rod], 3.0)[1]
+    law, place = Penalty(11.4, 0.2, STICK), np.array([-3.0 * c - radius, 0.0, 0.0])
+    plane = Cylinder(samples, law, place, np.array([0.0, 0.0, 1.0]), radius)
+    scheme = BackwardEuler()
+    effects = [*rod.effects, Inertia(rod.mass), Tilting(rod.mass, angle), plane]
+    effects.append(CylinderFriction(plane, np.array([MU])))
+    system = System(effects, len(rod.mesh.nodes), make_solver("superlu"), scheme)
+    settings = NewtonSettings(force_tolerance=1e-9, resultant_tolerance=1e-8, largest_move=10.0, endgame_move=10.0)
+    stops, start = [STEP * steps], Motion.at_rest(x)
+    walk = march(system, start, rod.section_index, stops, first=STEP, largest=STEP, move=100.0, settings=settings)
+    return walk, plane, rod.mass
+
+
+def slides(tangent: float) -> list[Quantity]:
+    """Above the angle of friction it slips down with g (sin - mu cos)."""
+    angle = np.arctan(tangent)
+    steps, plane, mass = block(angle, 120)
+    share = mass / mass.sum()
+    speeds = np.array([(step.motion.time, share @ step.motion.v[:, 2]) for step in steps])[-30:]
+    found = float(np.polyfit(speeds[:, 0], speeds[:, 1], 1)[0])
+    return [
+        Quantity("acceleration [mm/s^2]", found, float(G * (np.sin(angle) - MU * np.cos(angle))), 0.01),
+        Quantity("normal force [N]", float(plane.force.sum()), float(G * np.cos(angle) * mass.sum()), 0.001),
+    ]
+
+
+def holds(count: int) -> list[Quantity]:
+    """At 0.9 of the angle of friction it moves by the elastic slip and then stays."""
+    elastic = STICK * (1.0 - np.sqrt(1.0 - 0.9))
+    steps, _, mass = block(np.arctan(0.9 * MU), count)
+    share = mass / mass.sum()
+    places = np.array([share @ step.motion.x[:, 2] for step in steps]) - 9.0
+    drift = float(np.abs(places[100:] - places[100]).max())
+    return [
+        Quantity("elastic slip [mm]", float(places[-1]), float(elastic), 0.1),
+        Quantity("drift [mm]", drift, float(0.1 * elastic), kind="at most", condition=f"{count} steps"),
+    ]
+
+
+_MESH = "hex8-reduced, 6 x 4, backward Euler 2 ms"
+
+CASES = [
+    *(
+        Case(
+            "slope",
+            partial(slides, share * MU),
+            f"block on a slope, tan = {share:g} mu",
+            "g (sin - mu cos)",
+            _MESH,
+            f"slips-{share:g}",
+        )
+        for share in (1.02, 1.5)
+    ),
+    Case("slope", partial(holds, 300), "block on a slope, tan = 0.9 mu", "a tenth of the slip", _MESH, "holds"),
+    Case(
+        "slope",
+        partial(holds, 10_000),
+        "block on a slope, tan = 0.9 mu, 10^4 steps",
+        "a tenth of the slip",
+        _MESH,
+        "holds-10000",
+        slow=True,
+    ),
+]

@@ -1,0 +1,217 @@
+"""Knots at the ends of the range: friction, bulk, core, stiffness of the rod, slip."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+
+import numpy as np
+
+from knotfem.scene import Scene
+from knotfem.scene.steps import Loaded, Release
+from knotfem.verify.stress.cases import SLIGHT, Outcome, at, hard_case, hard_scene, run
+from knotfem.verify.verdict import Case, Quantity
+
+BRIEF = ("steps.1.duration=0.02 s", "steps.2.duration=0.02 s", "output.every_time=0.02 s")
+"""A load for small versions."""
+PRESSED = {"0.5": "2 mm", "0.1": "4 mm"}
+"""How far small versions press soft rods into each other, by x."""
+QUICK = ("steps.0.speed=20 mm/s", "inertia.scheme=backward-euler", "output.every_displacement=0.25 mm")
+"""How they are pressed: not at rest when let go."""
+SQUASHED = 0.2
+"""Deepest penetration over the diameter where strands are squashed."""
+ROUGH = ("contact.friction=1", "obstacles.0.friction=1")
+FRICTIONLESS = ("contact.friction=0", "obstacles.0.friction=0", "steps.1.displacement=5 mm")
+PART_OF_LAW = 0.5
+"""Share of the largest tension up to which a capstan's band is looked at: beyond, the rod takes off."""
+ABOVE_BENDING = 5.0
+"""Times B/rho^2, from which tension on its bending does not count."""
+
+
+def cases(*, small: bool = False) -> list[Case]:
+    """See `hard.hard_cases`."""
+
+    def shipped(name: str, *short: str) -> Scene:
+        return hard_scene(name, short if small else (), small=small)
+
+    def simpler(name: str, other: str, *short: str) -> Scene:
+        return hard_scene(other, short, small=True) if small else hard_scene(name)
+
+    def case(name: str, variant: str, title: str, measure: Callable[..., Sequence[Quantity]], scene: Scene) -> Case:
+        return hard_case(name, variant, title, partial(measure, scene, small=small), scene, small=small)
+
+    def soft(x: str) -> Case:
+        scene = simpler(f"soft-{x}", "soft-crossing", f"steps.0.displacement={PRESSED[x]}", *QUICK)
+        return case("soft", x, f"bowline at x = B/(T0 r^2) = {x}, friction 0.2, let go", _soft, scene)
+
+    return [
+        case(
+            "frictionless", "overhand", "overhand without friction, pulled until tight", _tight,
+            shipped("overhand-frictionless", *SLIGHT),
+        ),
+        case(
+            "frictionless", "bowline", "bowline without friction, pulled until out", _frictionless_bowline,
+            simpler("bowline-frictionless", "end-off-cylinder", *FRICTIONLESS),
+        ),
+        case(
+            "rough", "overhand", "overhand with a friction of 1, pulled until tight", _tight,
+            shipped("overhand-rough", *SLIGHT),
+        ),
+        case(
+            "rough", "capstan", "three turns round a cylinder with a friction of 1", _rough_capstan,
+            simpler("capstan-rough", "slip-capstan", *ROUGH),
+        ),
+        case(
+            "core", "", "tight overhand without a core, with one 6e4 and 6e5 times as stiff", _core,
+            shipped("overhand-core-6e4", *SLIGHT),
+        ),
+        soft("0.5"),
+        soft("0.1"),
+        case("stiff", "", "bowline at x = 100, held", _stiff, shipped("stiff-100", *BRIEF)),
+        case(
+            "slip", "", "bowline at x = 25 and friction 0.1, let go: unravels", _slip,
+            simpler("slip", "slip-off-cylinder"),
+        ),
+        case(
+            "end", "", "free end that slips out of the knot", _end,
+            simpler("end-slips-out", "end-off-cylinder", "steps.1.displacement=5 mm"),
+        ),
+    ]  # fmt: skip
+
+
+def _tight(scene: Scene, *, small: bool) -> Sequence[Quantity]:
+    found = run(scene)
+    common = found.quantities(before="3_1", after="3_1")
+    return [*common, _tightens(found, small)] if found.finished else common
+
+
+def _frictionless_bowline(scene: Scene, *, small: bool) -> Sequence[Quantity]:
+    found = run(scene)
+    if not found.finished:
+        return found.quantities()
+    friction = float(np.abs(found.force["friction_Nmm"]).max())
+    return [
+        *found.quantities(before="unknot" if small else "8_20", after="unknot"),
+        Quantity("work of friction, N mm", friction, 0.0, kind="at most"),
+    ]
+
+
+def _tightens(found: Outcome, small: bool) -> Quantity:
+    """Tight: the last mm takes more force than the mm at half the pull by far."""
+    end = float(found.force["displacement_mm"][-1])
+    ratio = at(found.force, end) / max(at(found.force, 0.5 * end), 1e-12)
+    return Quantity("force at the end over force half way", ratio, 1.0 if small else 2.0, kind="at least")
+
+
+def capstan_exponent(friction: float, rod_radius: float, cylinder_radius: float) -> float:
+    """Lambda of T2/T1 = exp(Lambda phi) for a rod whose friction acts on its surface, not on its axis.
+
+    With a = r/(R + r): mu a Lambda^2 + Lambda = mu (1 - a).
+    """
+    a = rod_radius / (rod_radius + cylinder_radius)
+    return (np.sqrt(1.0 + 4.0 * friction**2 * a * (1.0 - a)) - 1.0) / (2.0 * friction * a)
+
+
+def _rough_capstan(scene: Scene, *, small: bool) -> Sequence[Quantity]:
+    found = run(scene)
+    if not found.finished:
+        return found.quantities()
+    end = found.scene.steps[-1].ends["rod"].end
+    assert isinstance(end, Loaded)
+    ratio = float(found.force["force_N"][-1]) / end.force
+    ends = Quantity("force ratio of the ends", ratio, 2.0 if small else 200.0, kind="at least")
+    return [*found.quantities(), ends] if small else [*found.quantities(), ends, _sliding_band(found)]
+
+
+def _sliding_band(found: Outcome) -> Quantity:
+    """Force ratio over the part of the band where friction is spent and neither bending nor the last clamp counts."""
+    rod, cylinder = found.scene.rods[0], found.scene.obstacles[0]
+    last = found.tension["time_s"] == found.tension["time_s"][-1]
+    tension, x, z = (found.tension[name][last] for name in ("tension_N", "x_mm", "z_mm"))
+    angle = np.abs(np.unwrap(np.arctan2(x, z)))
+    lies = 0.5 * (rod.diameter + cylinder.diameter)
+    bending = rod.material.youngs_modulus * np.pi * rod.diameter**4 / 64.0 / lies**2
+    rows = np.flatnonzero((tension > ABOVE_BENDING * bending) & (tension < PART_OF_LAW * tension.max()))
+    low, high = rows[np.argmin(tension[rows])], rows[np.argmax(tension[rows])]
+    exponent = capstan_exponent(found.scene.contact.friction, 0.5 * rod.diameter, 0.5 * cylinder.diameter)
+    expected = float(np.exp(exponent * abs(angle[high] - angle[low])))
+    return Quantity("ratio in the sliding band", float(tension[high] / tension[low]), expected, 0.05)
+
+
+def _core(scene: Scene, *, small: bool) -> Sequence[Quantity]:
+    quantities: list[Quantity] = []
+    classes: dict[str, float] = {}
+    others = {
+        name: hard_scene(f"overhand-{name}", SLIGHT if small else (), small=small) for name in ("no-core", "core-6e5")
+    }
+    for name, of in {"core-6e4": scene, **others}.items():
+        found = run(of)
+        quantities += found.quantities(before="3_1", after="3_1", condition=name)
+        classes[name] = found.iterations / max(found.steps, 1)
+    usual = classes.pop("core-6e4")
+    quantities += [
+        Quantity(f"iterations a step, {name}", count, 2.0 * usual, kind="at most") for name, count in classes.items()
+    ]
+    return quantities
+
+
+def _release(found: Outcome) -> tuple[float, float]:
+    """How long the release took and might have taken at most [s]."""
+    step = next(step for step in found.scene.steps if isinstance(step, Release))
+    rows = np.flatnonzero(found.force["step"] == step.name)
+    time = found.force["time_s"]
+    began = float(time[rows[0] - 1]) if rows[0] > 0 else 0.0
+    return float(time[rows[-1]]) - began, step.duration
+
+
+def _soft(scene: Scene, *, small: bool) -> Sequence[Quantity]:
+    knot = "unknot, unknot" if small else "8_20"
+    found = run(scene)
+    if not found.finished:
+        return found.quantities(before=knot, penetration=SQUASHED)
+    took, longest = _release(found)
+    rest = Quantity("time to rest, s", took, 0.999 * longest, kind="at most")
+    return [*found.quantities(before=knot, after=knot, penetration=SQUASHED), rest]
+
+
+def _stiff(scene: Scene, *, small: bool) -> Sequence[Quantity]:
+    found = run(scene)
+    common = found.quantities(before="8_20", after="8_20")
+    return [*common, *contacts(found)] if found.finished else common
+
+
+def contacts(found: Outcome) -> list[Quantity]:
+    """Contact at points: there is some, in fewer samples than those of four patches as long as the rod is thick."""
+    rod, contact = found.scene.rods[0], found.scene.contact
+    spacing = contact.sample_spacing_over_diameter * rod.diameter
+    ring = np.pi * rod.diameter / spacing
+    most = float(np.ceil(4.0 * rod.diameter / spacing * ring))
+    touching = float(found.force["contacts"][-1])
+    return [
+        Quantity("samples in contact", touching, 1.0, kind="at least"),
+        Quantity("samples in contact", touching, most, kind="at most"),
+    ]
+
+
+def _slip(scene: Scene, *, small: bool) -> Sequence[Quantity]:
+    found = run(scene)
+    if not found.finished:
+        return found.quantities()
+    took, longest = _release(found)
+    steps = np.array([row["step_s"] for row in found.log if row["phase"] in ("release", "caught")])
+    shortest = int(np.argmin(steps))
+    before, after = steps[: shortest + 1].max(), steps[shortest:].max()
+    return [
+        *found.quantities(after="unknot"),
+        Quantity("time until recognised as lost, s", took, 0.999 * longest, kind="at most"),
+        Quantity("shortest step over the longest before", float(steps[shortest] / before), 0.5, kind="at most"),
+        Quantity("longest step after it over the shortest", float(after / steps[shortest]), 2.0, kind="at least"),
+    ]
+
+
+def _end(scene: Scene, *, small: bool) -> Sequence[Quantity]:
+    found = run(scene)
+    if not found.finished:
+        return found.quantities()
+    left = float(found.force["contacts"][-1])
+    return [*found.quantities(after="unknot"), Quantity("samples in contact at the end", left, 0.0, kind="at most")]

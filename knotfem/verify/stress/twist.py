@@ -1,0 +1,74 @@
+"""Twist put in at an end: the link of the rod, its twist plus its writhe, is kept while the knot is pulled."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+
+import numpy as np
+
+from knotfem.geometry.frames import tangents, twist_of, writhe
+from knotfem.models.solid.body import RodBody
+from knotfem.scene import Scene
+from knotfem.scene.steps import Turned
+from knotfem.verify.rehearsal import Rehearsal
+from knotfem.verify.stress.cases import hard_case, hard_scene
+from knotfem.verify.stress.figures import figures_of
+from knotfem.verify.verdict import Case, Quantity
+
+FAR = 1e4
+"""How far the ends are continued, straight, over the rod's length: the writhe then errs by its inverse."""
+LINK = 0.01
+"""Largest error of the link [turns]."""
+
+
+def cases(*, small: bool = False) -> list[Case]:
+    """See `hard.hard_cases`."""
+    short = (
+        "steps.1.ends.rod.end.turns=0.5", "steps.1.duration=1 s", "steps.2.displacement=1 mm",
+        "output.every_displacement=1 mm",
+    )  # fmt: skip
+    scene = hard_scene("twist", short if small else (), small=small)
+    title = "turns of twist put in at an end before the pull"
+    return [hard_case("twist", "", title, partial(_twist, scene), scene, small=small)]
+
+
+def link_of(rod: RodBody, x: np.ndarray) -> tuple[float, float]:
+    """Twist and writhe of a rod [turns].
+
+    Their sum changes by the turns of its ends and by nothing else as long as no strand passes through another and the
+    ends keep their directions: the rod is thought of as going on straight for `FAR` of its lengths at both ends.
+
+    Args:
+        rod: hexahedra.
+        x: positions [mm], shape [nodes, 3].
+    """
+    centre = x[rod.axis_nodes]
+    t = tangents(centre)
+    spoke = x[rod.section_nodes[:, rod.mesh.section.ring[0]]] - centre
+    d1 = spoke - np.einsum("ij,ij->i", spoke, t)[:, None] * t
+    d1 /= np.linalg.norm(d1, axis=1)[:, None]
+    frames = np.stack([d1, np.cross(t, d1), t], axis=1)
+    twist = float(twist_of(frames, centre).sum()) / (2.0 * np.pi)
+    far = FAR * rod.mesh.length
+    return twist, writhe(np.vstack([centre[0] - far * t[0], centre, centre[-1] + far * t[-1]]))
+
+
+def _twist(scene: Scene) -> Sequence[Quantity]:
+    turn = scene.steps[1]
+    end = turn.ends["rod"].end
+    assert isinstance(end, Turned)
+    rehearsal = Rehearsal(scene)
+    rod = rehearsal.model.body.rods[0]
+    links: dict[str, list[tuple[float, float]]] = {step.name: [] for step in scene.steps}
+    for passed in rehearsal.run(rehearsal.tied()):
+        links[passed.step.name].append(link_of(rod, passed.x))
+    relaxed, turned, pulled = (np.array(links[step.name]) for step in scene.steps)
+    drift = float(np.abs(pulled.sum(axis=1) - turned[-1].sum()).max())
+    added = float(turned[-1].sum() - relaxed[-1].sum())
+    return [
+        *figures_of(rehearsal).quantities(before="3_1", after="3_1"),
+        Quantity("link put in, turns", added, float(end.turns), LINK, "absolute"),
+        Quantity("drift of the link in the pull, turns", drift, LINK, kind="at most"),
+        Quantity("twist at the end, turns", float(pulled[-1, 0]), 2.0 * abs(end.turns), kind="at most"),
+    ]
