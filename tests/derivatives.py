@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from knotfem.solver.term import Effect
+from knotfem.solver.term import Term
 from knotfem.sparse.pattern import Matrix, Pattern, merge_keys
 
 Array = np.ndarray
@@ -19,7 +19,7 @@ def rotation(seed: int = 7) -> Array:
     return q * np.sign(np.linalg.det(q))
 
 
-def residual(effects: Sequence[Effect], x: Array) -> Array:
+def residual(effects: Sequence[Term], x: Array) -> Array:
     """Residual of the last effect; all are updated in order first."""
     for effect in effects:
         effect.update(x)
@@ -30,24 +30,24 @@ def residual(effects: Sequence[Effect], x: Array) -> Array:
     return result
 
 
-def tangent(effects: Sequence[Effect], x: Array, *, upper: bool = False) -> Array:
+def tangent(effects: Sequence[Term], x: Array, *, upper: bool = False) -> Array:
     """Dense tangent of the last effect, through the sparsity that its own keys give; all are updated first."""
     for effect in effects:
         effect.update(x)
     count = len(x)
-    keys = [effect.keys(count) for effect in effects]
+    keys = [effect.couplings(count) for effect in effects]
     diagonal = np.arange(count) * (count + 1)
     pattern = Pattern.from_keys(merge_keys(diagonal, *(k for k in keys if k is not None)), count, upper)
     for effect in effects[:-1]:
         effect.assemble(x, np.zeros_like(x), None)
-    effects[-1].bind(pattern)
+    effects[-1].allocate(pattern)
     matrix = Matrix(pattern)
     assert effects[-1].assemble(x, np.zeros_like(x), matrix), "the keys do not cover the tangent"
     return matrix.to_scipy().toarray()
 
 
 def directional_error(
-    effects: Sequence[Effect], x: Array, *, step: float = 1e-6, directions: int = 2, prepare: Callable | None = None
+    effects: Sequence[Term], x: Array, *, step: float = 1e-6, directions: int = 2, prepare: Callable | None = None
 ) -> float:
     """Largest deviation of the tangent from central differences of the residual, over the largest entry of the latter.
 

@@ -13,7 +13,7 @@ from knotfem.models.rod.spec import ContactSpec, RodSpec
 from knotfem.solver.nonlinear.newton import NewtonSettings
 from knotfem.solver.schemes import Scheme
 from knotfem.solver.stepping.integrator import StepControl
-from knotfem.solver.term import Effect, Motion, StepStart
+from knotfem.solver.term import Motion, StepStart, Term
 from knotfem.sparse.pattern import Matrix
 from knotfem.sparse.rod_pattern import RodPattern
 
@@ -103,7 +103,7 @@ def free_mass(model: RodModel) -> Array:
     return model.mass.ravel()[~model.system.fixed.ravel()]
 
 
-def begun(effects: Sequence[Effect], x: Array) -> None:
+def begun(effects: Sequence[Term], x: Array) -> None:
     """Effects at the start of a step from rest at x."""
     for effect in effects:
         effect.update(x)
@@ -111,7 +111,7 @@ def begun(effects: Sequence[Effect], x: Array) -> None:
         effect.begin(StepStart(Motion.at_rest(x), 1.0))
 
 
-def residual(effects: Sequence[Effect], x: Array) -> Array:
+def residual(effects: Sequence[Term], x: Array) -> Array:
     """Residual of the last effect; all are updated in order."""
     for effect in effects:
         effect.update(x)
@@ -120,18 +120,18 @@ def residual(effects: Sequence[Effect], x: Array) -> Array:
     return result
 
 
-def tangent(effects: Sequence[Effect], x: Array) -> Array:
+def tangent(effects: Sequence[Term], x: Array) -> Array:
     """Dense tangent of the last effect through the sparsity of all."""
     for effect in effects:
         effect.update(x)
     count = len(x)
-    keys = [np.arange(count) * (count + 1)] + [k for e in effects if (k := e.keys(count)) is not None]
+    keys = [np.arange(count) * (count + 1)] + [k for e in effects if (k := e.couplings(count)) is not None]
     matrix = Matrix(RodPattern.from_keys(np.unique(np.concatenate(keys)), count, False))
     assert effects[-1].assemble(x, np.zeros_like(x), matrix), "the keys do not cover the tangent"
     return matrix.to_scipy().toarray()
 
 
-def differences(effects: Sequence[Effect], x: Array, step: float = 1e-6) -> Array:
+def differences(effects: Sequence[Term], x: Array, step: float = 1e-6) -> Array:
     """Central differences of the residual, column by column."""
     columns = np.empty((x.size, x.size))
     for k in range(x.size):
@@ -144,13 +144,13 @@ def differences(effects: Sequence[Effect], x: Array, step: float = 1e-6) -> Arra
     return columns
 
 
-def tangent_error(effects: Sequence[Effect], x: Array) -> float:
+def tangent_error(effects: Sequence[Term], x: Array) -> float:
     """Largest deviation of the tangent from central differences, over its largest entry."""
     expected = differences(effects, x)
     return float(np.abs(tangent(effects, x) - expected).max() / np.abs(expected).max())
 
 
-def gradient_error(effects: Sequence[Effect], x: Array, step: float = 1e-6) -> float:
+def gradient_error(effects: Sequence[Term], x: Array, step: float = 1e-6) -> float:
     """Largest deviation of the last effect's residual from central differences of its energy, relative."""
     force = residual(effects, x)
     slope = np.empty(x.size)

@@ -12,20 +12,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
+from knotfem.compiled import kernel
 from knotfem.contact.tube import axial_basis
 from knotfem.geometry.rotation import dot
 from knotfem.mesh.rod_layout import RodLayout
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def hinge_share(u, first):
     """Where between the middles of its two edges a point lies, 0 to 1, for a stencil that begins at `first`."""
     return min(max(u - first - 0.5, 0.0), 1.0)
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def curve_point(x, base, w, C):
     """Place, first and second derivative by u into C (3, 3), for weights w (3, 3) at nodes base, base + 1, base + 2."""
     for d in range(3):
@@ -33,7 +33,7 @@ def curve_point(x, base, w, C):
             C[d, i] = w[d, 0] * x[base, i] + w[d, 1] * x[base + 1, i] + w[d, 2] * x[base + 2, i]
 
 
-@njit(cache=True)
+@kernel
 def project(x, first_node, count, p, u, w, C, q):
     """Closest point of a rod's curve to p by Newton from u; on return w, C and q = p - curve belong to it.
 
@@ -91,7 +91,7 @@ class Samples:
     start: np.ndarray
 
 
-@njit(cache=True)
+@kernel
 def sample_points(x, base, weights, out):
     """Places of samples into out, shape [samples, 3]."""
     for s in range(base.size):

@@ -18,7 +18,7 @@ from knotfem.contact.curve_search import find_pairs, match_pairs
 from knotfem.contact.penalty import Penalty
 from knotfem.contact.tube_search import all_pairs
 from knotfem.mesh.rod_layout import RodLayout
-from knotfem.solver.term import Arrays, Effect, StepStart, longest_move
+from knotfem.solver.term import Arrays, StepStart, Term, longest_move
 from knotfem.sparse.pattern import Matrix
 from knotfem.sparse.rod_pattern import matrix_arguments, stencil_keys
 
@@ -38,7 +38,7 @@ def hertz_line_stiffness(youngs_modulus: float, poissons_ratio: float) -> float:
 
 
 @dataclass
-class Contact(Effect):
+class Contact(Term):
     """Normal contact between all strands.
 
     Args:
@@ -76,7 +76,7 @@ class Contact(Effect):
         self.points = np.zeros((self.samples.u.size, 3))
         self.anchor_u: np.ndarray | None = None
 
-    def keys(self, nodes: int) -> np.ndarray:
+    def couplings(self, nodes: int) -> np.ndarray:
         anchors = self.u if self.anchor_u is None else self.anchor_u
         stencils = np.empty((self.pairs.shape[0], 9 + 2 * PATTERN_PAD), dtype=np.int64)
         count = kernels.pattern_stencils(
@@ -107,7 +107,7 @@ class Contact(Effect):
         self._searched = x.copy()
         self.generation += 1
 
-    def admissible(self, x: np.ndarray, dx: np.ndarray) -> float:
+    def allowed_fraction(self, x: np.ndarray, dx: np.ndarray) -> float:
         if not self.pairs.size:
             return 1.0
         gap = self._gaps(x + dx)
@@ -133,7 +133,7 @@ class Contact(Effect):
         apart = self.gap >= 0.5 * self.law.ramp
         self.share[apart] = self._shares(start.motion.x, self.pairs[apart], self.u[apart])
 
-    def memory(self) -> Arrays:
+    def history(self) -> Arrays:
         return {
             "pairs": self.pairs.copy(),
             "u": self.u.copy(),
@@ -143,10 +143,10 @@ class Contact(Effect):
             "searched": self._searched.copy(),
         }
 
-    def recall(self, memory: Arrays) -> None:
-        self.pairs, self.u = memory["pairs"].copy(), memory["u"].copy()
-        self.gap, self.share, self.force = memory["gap"].copy(), memory["share"].copy(), memory["force"].copy()
-        self._searched = memory["searched"].copy()
+    def load(self, history: Arrays) -> None:
+        self.pairs, self.u = history["pairs"].copy(), history["u"].copy()
+        self.gap, self.share, self.force = history["gap"].copy(), history["share"].copy(), history["force"].copy()
+        self._searched = history["searched"].copy()
         self.match = np.arange(self.gap.size)
         self.generation += 1
 

@@ -13,8 +13,8 @@ h = a' . a' - q . a'',
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from knotfem.compiled import kernel
 from knotfem.contact.curve import curve_point, project
 from knotfem.contact.penalty import penalty
 from knotfem.geometry.rotation import dot
@@ -26,7 +26,7 @@ CUP = (0.05, 0.25)
 """A point this near (relative to |q|) to the centre of the other strand's bend has no closest point to speak of."""
 
 
-@njit(cache=True)
+@kernel
 def project_pairs(x, first, radius, sample_rod, points, pairs, u, gap):
     """Closest points and gaps of known pairs from where they were; a gap of inf where there is none any more."""
     w, C, q = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
@@ -41,13 +41,13 @@ def project_pairs(x, first, radius, sample_rod, points, pairs, u, gap):
             gap[k] = np.inf
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def smooth_step(y):
     y = min(max(y, 0.0), 1.0)
     return y * y * (3.0 - 2.0 * y)
 
 
-@njit(cache=True)
+@kernel
 def pair_shares(x, first, sample_base, sample_weights, points, pairs, u, share):
     """Share of each pair's sample length that it carries: of the two passes over a contact the better one more.
 
@@ -72,7 +72,7 @@ def pair_shares(x, first, sample_base, sample_weights, points, pairs, u, share):
         share[k] *= min(max(1.0 + min(found, count - 1.0 - found), 0.0), 1.0)
 
 
-@njit(cache=True)
+@kernel
 def pair_geometry(x, first, count, point, u, sample_base, sample_weights, w, C, q, n, nodes, B, Bd):
     """Closest-point data of a pair: nodes (6), B (6), B' (6), n; returns |q|, h and the first master node."""
     _, base, _ = project(x, first, count, point, u, w, C, q)
@@ -85,7 +85,7 @@ def pair_geometry(x, first, count, point, u, sample_base, sample_weights, w, C, 
     return size, dot(C[1], C[1]) - dot(q, C[2]), base
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def normal_rate(B, Bd, n, size, slope, h, dn):
     """Derivative (3, 3) of the normal by the place of one node; `slope` is a'."""
     for i in range(3):
@@ -94,7 +94,7 @@ def normal_rate(B, Bd, n, size, slope, h, dn):
             dn[i, j] = (B * ((1.0 if i == j else 0.0) - n[i] * n[j]) - slope[i] * du) / size
 
 
-@njit(cache=True)
+@kernel
 def assemble(
     x, first, sample_base, sample_weights, length, points, pairs, u, gap, share, stiffness, ramp,
     residual, tangent, node_ptr, node_adj, data, force,
@@ -132,7 +132,7 @@ def assemble(
     return True
 
 
-@njit(cache=True)
+@kernel
 def energy(length, pairs, gap, share, stiffness, ramp):
     """Stored energy of all pairs."""
     total = 0.0
@@ -141,7 +141,7 @@ def energy(length, pairs, gap, share, stiffness, ramp):
     return total
 
 
-@njit(cache=True)
+@kernel
 def pattern_stencils(first, sample_base, pairs, u, gap, anchor_u, reach, pad, out):
     """Nodes that each near pair couples: the sample's 3, the master's padded 3 + 2 pad, the anchor's 3; -1 unused."""
     count = 0
@@ -164,6 +164,6 @@ def pattern_stencils(first, sample_base, pairs, u, gap, anchor_u, reach, pad, ou
     return count
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def _middle(u, nodes):
     return min(max(int(np.floor(u + 0.5)), 1), nodes - 2)

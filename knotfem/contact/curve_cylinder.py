@@ -12,13 +12,13 @@ from knotfem.contact.curve_contact import PREDICTED_CLOSING_OVER_RADIUS, SEARCH_
 from knotfem.contact.penalty import Penalty
 from knotfem.mesh.rod_layout import RodLayout
 from knotfem.models.rod.frames import Frames
-from knotfem.solver.term import Arrays, Effect
+from knotfem.solver.term import Arrays, Term
 from knotfem.sparse.pattern import Matrix
 from knotfem.sparse.rod_pattern import matrix_arguments, stencil_keys
 
 
 @dataclass
-class Cylinder(Effect):
+class Cylinder(Term):
     """Normal contact of all rods with a rigid cylinder.
 
     Only the rod gives way, so that a line stiffness of twice the one between two rods goes with Hertz's law.
@@ -51,14 +51,14 @@ class Cylinder(Effect):
         self.sample_radius = self.layout.radius[self.samples.rod]
         self.reach = SEARCH_GAP_OVER_RADIUS * float(self.layout.radius.min())
 
-    def keys(self, nodes: int) -> np.ndarray:
+    def couplings(self, nodes: int) -> np.ndarray:
         base = np.arange(nodes - 2)[:, None] + np.arange(3)
         return stencil_keys(base[self.layout.rod[base[:, 0]] == self.layout.rod[base[:, 2]]], nodes)
 
     def update(self, x: np.ndarray) -> None:
         self.gap = self._gaps(x, self.points)
 
-    def admissible(self, x: np.ndarray, dx: np.ndarray) -> float:
+    def allowed_fraction(self, x: np.ndarray, dx: np.ndarray) -> float:
         closing = float((np.maximum(self.gap, 0.0) - self._gaps(x + dx, np.empty_like(self.points))).max())
         limit = PREDICTED_CLOSING_OVER_RADIUS * float(self.layout.radius.min())
         return min(1.0, limit / closing) if closing > limit else 1.0
@@ -90,7 +90,7 @@ class Cylinder(Effect):
 
 
 @dataclass
-class CylinderFriction(Effect):
+class CylinderFriction(Term):
     """Coulomb friction on a cylinder, which must come before it in the list of effects, as must the frames.
 
     Args:
@@ -142,7 +142,7 @@ class CylinderFriction(Effect):
             self.spring, self.mu, c.force, self.own, self.anchor, self.stored,
         )  # fmt: skip
 
-    def accept(self, x: np.ndarray) -> None:
+    def commit(self, x: np.ndarray) -> None:
         c, s = self.cylinder, self.cylinder.samples
         self.dissipated, self.kept = kernels.commit(
             x, self.frames.material_arrays, s.base, s.weights, s.share, s.length, c.points, c.origin, c.axis,
@@ -150,7 +150,7 @@ class CylinderFriction(Effect):
         )  # fmt: skip
         self._anchor(x)
 
-    def memory(self) -> Arrays:
+    def history(self) -> Arrays:
         return {
             "own": self.own.copy(),
             "anchor": self.anchor.copy(),
@@ -159,9 +159,9 @@ class CylinderFriction(Effect):
             "kept": np.array(self.kept),
         }
 
-    def recall(self, memory: Arrays) -> None:
-        self.own[:], self.anchor[:], self.stored[:] = memory["own"], memory["anchor"], memory["stored"]
-        self._anchored, self.kept = bool(memory["anchored"]), float(memory["kept"])
+    def load(self, history: Arrays) -> None:
+        self.own[:], self.anchor[:], self.stored[:] = history["own"], history["anchor"], history["stored"]
+        self._anchored, self.kept = bool(history["anchored"]), float(history["kept"])
 
     @property
     def slides(self) -> np.ndarray:

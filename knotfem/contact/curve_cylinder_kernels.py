@@ -7,8 +7,8 @@ dn = (I - n n^T - a a^T) dp/rho.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from knotfem.compiled import kernel
 from knotfem.contact import material_points as material
 from knotfem.contact.curve_friction_kernels import (
     contact_basis,
@@ -25,7 +25,7 @@ from knotfem.geometry.rotation import dot
 from knotfem.sparse.rod_pattern import add_blocks
 
 
-@njit(cache=True)
+@kernel
 def gaps(points, sample_radius, origin, axis, radius, gap):
     """Gap of every sample."""
     n = np.empty(3)
@@ -33,7 +33,7 @@ def gaps(points, sample_radius, origin, axis, radius, gap):
         gap[s] = radial(points[s], origin, axis, n) - radius - sample_radius[s]
 
 
-@njit(cache=True)
+@kernel
 def assemble(
     sample_base, sample_weights, length, points, origin, axis, gap, stiffness, ramp, residual,
     tangent, node_ptr, node_adj, data, force,
@@ -64,7 +64,7 @@ def assemble(
     return True
 
 
-@njit(cache=True)
+@kernel
 def energy(length, gap, stiffness, ramp):
     """Stored energy of all samples."""
     total = 0.0
@@ -73,7 +73,7 @@ def energy(length, gap, stiffness, ramp):
     return total
 
 
-@njit(cache=True)
+@kernel
 def assemble_friction(
     x, frames, sample_base, sample_weights, sample_share, length, points, origin, axis, gap, stiffness, ramp, spring,
     friction, own, anchor, stored, residual, tangent, node_ptr, node_adj, data, slip, traction,
@@ -136,7 +136,7 @@ def assemble_friction(
     return True
 
 
-@njit(cache=True)
+@kernel
 def slip_of(x, frames, base, weights, share, point, origin, axis, own, anchor, stored, n, g, e, V, L, z, along):
     """Trial slip of a sample into e; fills n and g."""
     radial(point, origin, axis, n)
@@ -148,7 +148,7 @@ def slip_of(x, frames, base, weights, share, point, origin, axis, own, anchor, s
     return trial_slip(n, z, g, stored, e)
 
 
-@njit(cache=True)
+@kernel
 def potential(
     x, frames, sample_base, sample_weights, sample_share, length, points, origin, axis, spring, friction, force, own,
     anchor, stored,
@@ -168,7 +168,7 @@ def potential(
     return total
 
 
-@njit(cache=True)
+@kernel
 def anchor_samples(
     x, frames, sample_base, sample_weights, sample_share, points, origin, axis, radius, gap, reach, own, anchor
 ):
@@ -187,7 +187,7 @@ def anchor_samples(
         own[s, 1] = np.sqrt(max(dot(d, d) - own[s, 2] ** 2, 0.0))
 
 
-@njit(cache=True)
+@kernel
 def commit(
     x, frames, sample_base, sample_weights, sample_share, length, points, origin, axis, spring, friction, force, own,
     anchor, stored,

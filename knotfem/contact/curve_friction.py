@@ -15,13 +15,13 @@ from knotfem.contact import curve_friction_kernels as kernels
 from knotfem.contact.curve import sample_points
 from knotfem.contact.curve_contact import Contact
 from knotfem.models.rod.frames import Frames
-from knotfem.solver.term import Arrays, Effect, StepStart
+from knotfem.solver.term import Arrays, StepStart, Term
 from knotfem.sparse.pattern import Matrix
 from knotfem.sparse.rod_pattern import matrix_arguments
 
 
 @dataclass
-class Friction(Effect):
+class Friction(Term):
     """Friction of all pairs of a contact, which must come before it in the list of effects.
 
     Args:
@@ -90,7 +90,7 @@ class Friction(Effect):
             c.u, c.share, self.spring, self.mu, c.force, self.own, self.anchor_u, self.anchor, self.stored,
         )  # fmt: skip
 
-    def accept(self, x: np.ndarray) -> None:
+    def commit(self, x: np.ndarray) -> None:
         c, s = self.contact, self.contact.samples
         self.dissipated, self.kept = kernels.commit(
             x, self.frames.material_arrays, c.layout.first, s.base, s.weights, s.share, s.length, c.points, c.pairs,
@@ -98,7 +98,7 @@ class Friction(Effect):
         )  # fmt: skip
         self._anchor(x, np.isfinite(c.gap))
 
-    def memory(self) -> Arrays:
+    def history(self) -> Arrays:
         return {
             "own": self.own.copy(),
             "anchor_u": self.anchor_u.copy(),
@@ -107,10 +107,10 @@ class Friction(Effect):
             "kept": np.array(self.kept),
         }
 
-    def recall(self, memory: Arrays) -> None:
-        self.own, self.anchor_u = memory["own"].copy(), memory["anchor_u"].copy()
-        self.anchor, self.stored = memory["anchor"].copy(), memory["stored"].copy()
-        self.kept = float(memory["kept"])
+    def load(self, history: Arrays) -> None:
+        self.own, self.anchor_u = history["own"].copy(), history["anchor_u"].copy()
+        self.anchor, self.stored = history["anchor"].copy(), history["stored"].copy()
+        self.kept = float(history["kept"])
         self.contact.anchor_u = self.anchor_u
         self._size()
         self._generation = self.contact.generation

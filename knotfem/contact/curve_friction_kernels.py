@@ -16,8 +16,8 @@ along the strands and roll without end, while slip that is not cut stays.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from knotfem.compiled import kernel
 from knotfem.contact import material_points as material
 from knotfem.contact.curve import hinge_share
 from knotfem.contact.curve_contact_kernels import normal_rate, pair_geometry
@@ -27,7 +27,7 @@ from knotfem.geometry.rotation import cross, dot
 from knotfem.sparse.rod_pattern import add_blocks
 
 
-@njit(cache=True)
+@kernel
 def contact_basis(x, base, weights, n, along, g):
     """Basis g (2, 3) of the contact plane and the slave's derivative `along` (3); returns its length in the plane."""
     for i in range(3):
@@ -42,7 +42,7 @@ def contact_basis(x, base, weights, n, along, g):
     return size
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def trial_slip(n, z, g, stored, e):
     """Trial slip e (3); returns its size."""
     along = dot(n, z)
@@ -51,7 +51,7 @@ def trial_slip(n, z, g, stored, e):
     return np.sqrt(dot(e, e))
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def slip_rate(n, z, along, g, size, stored, dz, dn, dalong, de, work):
     """Derivative of the trial slip along (dz, dn, dalong) into de; work is scratch (3, 3)."""
     nz, na = dot(n, z), dot(n, along)
@@ -69,7 +69,7 @@ def slip_rate(n, z, along, g, size, stored, dz, dn, dalong, de, work):
         de[i] += stored[0] * work[0, i] + stored[1] * (work[1, i] + work[2, i])
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def traction_of(e, size, k, limit, out):
     """Traction into out; returns whether the pair slides."""
     scale = k
@@ -81,7 +81,7 @@ def traction_of(e, size, k, limit, out):
     return slides
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def traction_rate(e, size, k, limit, slides, de, dlimit, out):
     """Derivative of the traction into out."""
     if not slides:
@@ -93,7 +93,7 @@ def traction_rate(e, size, k, limit, slides, de, dlimit, out):
         out[i] = limit / size * (de[i] - along * e[i]) + dlimit * e[i] / size
 
 
-@njit(cache=True)
+@kernel
 def assemble(
     x, frames, first, sample_base, sample_weights, sample_share, length, points, pairs, u, gap, share, stiffness, ramp,
     spring, friction, own, anchor_u, anchor, stored, residual, tangent, node_ptr, node_adj, data, slip, traction,
@@ -193,7 +193,7 @@ def assemble(
     return True
 
 
-@njit(cache=True)
+@kernel
 def slip_scratch():
     """Room for `pair_slip`: w, C, q, n, nodes, B, B', z, the slave's derivative, g, the slip e, two points."""
     return (
@@ -202,7 +202,7 @@ def slip_scratch():
     )  # fmt: skip
 
 
-@njit(cache=True)
+@kernel
 def pair_slip(x, frames, first, count, base, weights, share, point, u, own, anchor_u, anchor, stored, V, L, room):
     """Trial slip of one pair, its master a rod of `count` nodes from `first` on; fills g and e of `room`."""
     w, C, q, n, nodes, B, Bd, z, along, g, e, P, A = room
@@ -218,7 +218,7 @@ def pair_slip(x, frames, first, count, base, weights, share, point, u, own, anch
     return trial_slip(n, z, g, stored, e)
 
 
-@njit(cache=True)
+@kernel
 def potential(
     x, frames, first, sample_base, sample_weights, sample_share, length, points, pairs, u, share, spring, friction,
     force, own, anchor_u, anchor, stored,
@@ -240,7 +240,7 @@ def potential(
     return total
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def slip_potential(size, k, limit):
     """Integral of the traction over the slip."""
     if k * size <= limit:
@@ -248,7 +248,7 @@ def slip_potential(size, k, limit):
     return limit * size - 0.5 * limit * limit / k
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def sliding_work(stiffness, before, after, trial):
     """Work of sliding when the slip is cut from `trial` to `after`, having been `before` a step ago; never negative.
 
@@ -258,7 +258,7 @@ def sliding_work(stiffness, before, after, trial):
     return 0.5 * stiffness * (before + after) * (trial - after)
 
 
-@njit(cache=True)
+@kernel
 def anchor_pairs(
     x, frames, first, radius, sample_rod, sample_base, sample_weights, sample_share, points, pairs, u, chosen, own,
     anchor_u, anchor,
@@ -293,7 +293,7 @@ def anchor_pairs(
         anchor[k, 1] = np.sqrt(max(dot(d, d) - anchor[k, 2] ** 2, 0.0))
 
 
-@njit(cache=True)
+@kernel
 def commit(
     x, frames, first, sample_base, sample_weights, sample_share, length, points, pairs, u, share, spring, friction,
     force, own, anchor_u, anchor, stored,

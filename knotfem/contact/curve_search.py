@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from knotfem.compiled import kernel
 from knotfem.contact.curve import project
 from knotfem.contact.tube_search import NEIGHBOUR_ARC_OVER_RADIUS
 from knotfem.geometry.rotation import dot
 
 
-@njit(cache=True)
+@kernel
 def _longest_edges(x, first):
     """Longest edge of each rod."""
     longest = np.zeros(first.size - 1)
@@ -23,7 +23,7 @@ def _longest_edges(x, first):
     return longest
 
 
-@njit(cache=True)
+@kernel
 def _minima(x, point, first, count, longest, own, excluded, reach, found):
     """Nodes of a rod at a local minimum of distance to a point, within reach; `own` +- excluded nodes are left out.
 
@@ -47,7 +47,7 @@ def _minima(x, point, first, count, longest, own, excluded, reach, found):
     return n
 
 
-@njit(cache=True)
+@kernel
 def find_pairs(x, first, spacing, radius, sample_u, sample_start, points, cutoff, out, out_u):
     """All pairs of a sample and a closest point on a rod with a gap below `cutoff` [mm], ordered by sample.
 
@@ -96,7 +96,7 @@ def find_pairs(x, first, spacing, radius, sample_u, sample_start, points, cutoff
     return total
 
 
-@njit(cache=True)
+@kernel
 def match_pairs(old, old_u, new, new_u, reach):
     """For each new pair the old one of the same sample and rod within `reach` segments (shape [rods]), or -1.
 

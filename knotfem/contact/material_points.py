@@ -21,8 +21,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from knotfem.compiled import kernel
 from knotfem.geometry.rotation import (
     angle_about,
     cross,
@@ -38,13 +38,13 @@ A, B, T, NU, MU, KAB, KA0, KB0, KAT, GA, GB = range(11)
 """Rows of the workspace: directions of the edges and of the curve, nu, t x nu, the four k, g_a, g_b."""
 
 
-@njit(cache=True)
+@kernel
 def workspace():
     """Vectors and scalars that describe one material point."""
     return np.empty((11, 3)), np.empty(8)
 
 
-@njit(cache=True)
+@kernel
 def material_frame(x, base, share, frames, angle, V, L):
     """Fill the workspace V (11, 3), L (8) for a point between the edges base and base + 1, at share of the way."""
     tangent0, director0, turn0, per_radius = frames
@@ -76,14 +76,14 @@ def material_frame(x, base, share, frames, angle, V, L):
         V[GB, i] = (k - share * V[KB0, i]) / L[1] - share * V[KAT, i] / L[2]
 
 
-@njit(cache=True)
+@kernel
 def material_angle(x, base, share, frames, direction, V, L):
     """Angle of a direction, projected onto the section, from the interpolated material frame."""
     material_frame(x, base, share, frames, 0.0, V, L)
     return math.atan2(dot(direction, V[MU]), dot(direction, V[NU]))
 
 
-@njit(cache=True)
+@kernel
 def material_point(x, base, w, radial, axial, V, S):
     """Place of the point of the workspace into S (3); w (3) are the curve's weights."""
     for i in range(3):
@@ -91,7 +91,7 @@ def material_point(x, base, w, radial, axial, V, S):
         S[i] += radial * V[NU, i] + axial * V[T, i]
 
 
-@njit(cache=True)
+@kernel
 def material_gradient(base, share, w, per_radius, radial, axial, V, L, G):
     """dS by the unknowns of three nodes into G (3, 12)."""
     for i in range(3):
@@ -109,7 +109,7 @@ def material_gradient(base, share, w, per_radius, radial, axial, V, L, G):
         G[i, 11] = 0.0
 
 
-@njit(cache=True)
+@kernel
 def material_curvature(base, share, frames, radial, axial, V, L, tau, H, work):
     """Second derivatives of S . tau by the unknowns of three nodes into H (12, 12); `work` (16, 3) is scratch."""
     tangent0, per_radius = frames[0], frames[3]

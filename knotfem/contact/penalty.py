@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from numba import njit
+from knotfem.compiled import kernel
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,7 @@ class Penalty:
     stick: float
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def penalty(gap, stiffness, ramp):
     """Energy density, pressure and slope of the pressure with the overlap at a gap."""
     o = 0.5 * ramp - gap
@@ -31,7 +31,7 @@ def penalty(gap, stiffness, ramp):
     return stiffness * (0.5 * o * o - 0.5 * ramp * o + ramp * ramp / 6.0), stiffness * (o - 0.5 * ramp), stiffness
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def mobilisation(y):
     """Share psi of the friction limit mobilised at slip y (over the stick distance), psi / y and d psi / d y."""
     if y < 1.0:
@@ -39,7 +39,7 @@ def mobilisation(y):
     return 1.0, 1.0 / y, 0.0
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def mobilisation_energy(y):
     """Integral of psi from 0 to y."""
     if y < 1.0:

@@ -12,7 +12,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
+
+from knotfem.compiled import kernel
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +82,7 @@ def make_tubes(
     )
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def axial_basis(u, sections, w):
     """Quadratic basis, first and second derivatives along the rod into w (3, 3); returns the first node."""
     i = int(np.floor(u + 0.5))
@@ -103,7 +104,7 @@ def axial_basis(u, sections, w):
     return i - 1
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def ring_basis(v, around, w):
     """Quadratic basis, first and second derivatives around the rod into w (3, 3); returns the middle node."""
     j = int(np.floor(v + 0.5))
@@ -114,7 +115,7 @@ def ring_basis(v, around, w):
     return j % around
 
 
-@njit(cache=True)
+@kernel
 def stencil(tubes, rod, u, v, nodes, W):
     """Nodes (12) of the patch at (u, v) of a rod and their weights W (6, 12) in S, S_u, S_v, S_uu, S_uv, S_vv.
 
@@ -149,7 +150,7 @@ def stencil(tubes, rod, u, v, nodes, W):
                 W[5, p] = 0.0
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def surface_point(x, nodes, W, S):
     """S, S_u, S_v, S_uu, S_uv, S_vv into S (6, 3)."""
     for d in range(6):
@@ -162,12 +163,12 @@ def surface_point(x, nodes, W, S):
                 S[d, i] += W[d, p] * x[n, i]
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def dot(a, b):
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def project(x, tubes, rod, p, u, v, W, nodes, S, q):
     """Closest point of a tube to p by Newton from (u, v); on return stencil, S and q = p - S belong to it.
 
@@ -228,7 +229,7 @@ class Samples:
     section_start: np.ndarray
 
 
-@njit(cache=True)
+@kernel
 def _stencils(tubes, rod, u, v, nodes, weights):
     W = np.empty((6, 12))
     for s in range(rod.size):
@@ -236,7 +237,7 @@ def _stencils(tubes, rod, u, v, nodes, weights):
         weights[s] = W[0]
 
 
-@njit(cache=True)
+@kernel
 def sample_points(x, nodes, weights, out):
     """Positions of samples into out, shape [samples, 3]."""
     for s in range(nodes.shape[0]):

@@ -14,7 +14,7 @@ from knotfem.contact import tube_contact_kernels as kernels
 from knotfem.contact.penalty import Penalty
 from knotfem.contact.tube import Samples, Tubes, sample_points
 from knotfem.contact.tube_search import all_pairs, find_pairs, match_pairs
-from knotfem.solver.term import Arrays, Effect, longest_move
+from knotfem.solver.term import Arrays, Term, longest_move
 from knotfem.sparse.pattern import Matrix
 
 SEARCH_GAP_OVER_RADIUS = 0.3
@@ -28,7 +28,7 @@ PATTERN_PAD = 1
 
 
 @dataclass
-class Contact(Effect):
+class Contact(Term):
     """Normal contact between tubes.
 
     Args:
@@ -67,7 +67,7 @@ class Contact(Effect):
         self.points = np.zeros((self.samples.u.size, 3))
         self.area = 0.5 * self.samples.area
 
-    def keys(self, nodes: int) -> np.ndarray | None:
+    def couplings(self, nodes: int) -> np.ndarray | None:
         s, tubes = self.samples, self.tubes.arrays
         patch = np.zeros((self.pairs.shape[0], 6), dtype=np.int64)
         count = kernels.patches(tubes, self.pairs, self.uv, self.gap, self.reach, s.u, s.v, s.rod, patch)
@@ -109,7 +109,7 @@ class Contact(Effect):
         """Closest points and gaps of the known pairs."""
         kernels.project_pairs(x, self.tubes.arrays, self.points, self.pairs, self.uv, self.gap)
 
-    def admissible(self, x: np.ndarray, dx: np.ndarray) -> float:
+    def allowed_fraction(self, x: np.ndarray, dx: np.ndarray) -> float:
         if not self.pairs.size:
             return 1.0
         points, uv, gap = np.empty_like(self.points), self.uv.copy(), np.empty_like(self.gap)
@@ -140,10 +140,10 @@ class Contact(Effect):
     def energy(self, x: np.ndarray) -> float:
         return self._stored(self.gap)
 
-    def accept(self, x: np.ndarray) -> None:
+    def commit(self, x: np.ndarray) -> None:
         self.share = _end_share(self.uv[:, 0], self.tubes.sections[self.pairs[:, 1]])
 
-    def memory(self) -> Arrays:
+    def history(self) -> Arrays:
         return {
             "pairs": self.pairs.copy(),
             "uv": self.uv.copy(),
@@ -152,10 +152,10 @@ class Contact(Effect):
             "searched": self._searched.copy(),
         }
 
-    def recall(self, memory: Arrays) -> None:
-        self.pairs, self.uv = memory["pairs"].copy(), memory["uv"].copy()
-        self.gap, self.share = memory["gap"].copy(), memory["share"].copy()
-        self._searched = memory["searched"].copy()
+    def load(self, history: Arrays) -> None:
+        self.pairs, self.uv = history["pairs"].copy(), history["uv"].copy()
+        self.gap, self.share = history["gap"].copy(), history["share"].copy()
+        self._searched = history["searched"].copy()
         self.force = np.zeros(self.gap.size)
         self.match = np.arange(self.gap.size)
         self.generation += 1

@@ -11,14 +11,14 @@ of slave and master in B = [N_s, -N_m], B_a = [0, -N_m,a]:
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from knotfem.compiled import kernel
 from knotfem.contact.penalty import penalty
 from knotfem.contact.tube import dot, project, stencil, surface_point
 from knotfem.sparse.pattern import block_slot, row_start
 
 
-@njit(cache=True)
+@kernel
 def project_pairs(x, tubes, points, pairs, uv, gap):
     """Closest points of all pairs: `uv` is updated in place, `gap` filled (infinite beyond a rod's ends)."""
     W, S = np.empty((6, 12)), np.empty((6, 3))
@@ -34,7 +34,7 @@ def project_pairs(x, tubes, points, pairs, uv, gap):
             gap[k] = np.inf
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def normal(S, n):
     """Outward unit normal S_v x S_u."""
     n[0] = S[2, 1] * S[1, 2] - S[2, 2] * S[1, 1]
@@ -45,7 +45,7 @@ def normal(S, n):
         n[i] /= size
 
 
-@njit(cache=True)
+@kernel
 def pair_geometry(x, tubes, p, rod, u, v, sample_nodes, sample_weights, W, S, q, n, nodes, B, Bd, forms):
     """Stencil and forms of one pair at its closest point.
 
@@ -77,7 +77,7 @@ def pair_geometry(x, tubes, p, rod, u, v, sample_nodes, sample_weights, W, S, q,
     return g
 
 
-@njit(cache=True)
+@kernel
 def _hessian_coefficients(forms, S, n, g, slope, pressure, T0, T1, T2):
     """Blocks of w (P' grad g grad g - P Hess g): T0 (3, 3), T1 (2, 3, 3), T2 (2, 2)."""
     a11, a12, a22 = forms[0, 0], forms[0, 1], forms[0, 2]
@@ -104,7 +104,7 @@ def _hessian_coefficients(forms, S, n, g, slope, pressure, T0, T1, T2):
     )
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def assemble(
     x, tubes, sample_nodes, sample_weights, area, points, pairs, uv, gap, share, stiffness, ramp,
     residual, tangent, data, node_ptr, node_adj, upper, force,
@@ -169,7 +169,7 @@ def assemble(
     return True
 
 
-@njit(cache=True)
+@kernel
 def energy(area, pairs, gap, share, stiffness, ramp):
     """Stored energy of all pairs."""
     total = 0.0
@@ -178,7 +178,7 @@ def energy(area, pairs, gap, share, stiffness, ramp):
     return total
 
 
-@njit(cache=True)
+@kernel
 def patches(tubes, pairs, uv, gap, reach, sample_u, sample_v, sample_rod, out):
     """Slave and master patch of each near pair: rods, first sections and middle nodes; returns how many."""
     around, sections = tubes[2], tubes[3]
@@ -198,7 +198,7 @@ def patches(tubes, pairs, uv, gap, reach, sample_u, sample_v, sample_rod, out):
     return n
 
 
-@njit(cache=True)
+@kernel
 def patch_keys(tubes, patch, pad, count, out):
     """Adjacency keys of slave patches (3 x 3 nodes) with master patches padded by `pad`, into out (unsorted)."""
     ring, ring_start, around, sections, axis, axis_start, _ = tubes

@@ -9,7 +9,7 @@ import numpy as np
 from knotfem.contact import tube_cylinder_kernels as kernels
 from knotfem.contact.penalty import Penalty
 from knotfem.contact.tube import Samples, sample_points
-from knotfem.solver.term import Arrays, Effect
+from knotfem.solver.term import Arrays, Term
 from knotfem.sparse.pattern import Matrix, Pattern
 
 _NONE = np.zeros(0, dtype=np.int64)
@@ -23,7 +23,7 @@ def _matrix_arguments(matrix: Matrix | None):
 
 
 @dataclass
-class Cylinder(Effect):
+class Cylinder(Term):
     """Normal contact of all samples with a rigid cylinder.
 
     Args:
@@ -56,7 +56,7 @@ class Cylinder(Effect):
         self.gap = np.zeros(0)
         self._near = 10.0 * self.law.ramp
 
-    def keys(self, nodes: int) -> np.ndarray | None:
+    def couplings(self, nodes: int) -> np.ndarray | None:
         patches = np.unique(self.samples.nodes[self.touching], axis=0)
         return np.unique(patches[:, :, None] * nodes + patches[:, None, :]) if patches.size else None
 
@@ -67,7 +67,7 @@ class Cylinder(Effect):
         self.touching = found[:count].copy()
         self.gap = self._gap[:count].copy()
 
-    def admissible(self, x: np.ndarray, dx: np.ndarray) -> float:
+    def allowed_fraction(self, x: np.ndarray, dx: np.ndarray) -> float:
         points = np.empty_like(self.points)
         sample_points(x + dx, self.samples.nodes, self.samples.weights, points)
         there = self._all_gaps(points)
@@ -110,7 +110,7 @@ class Cylinder(Effect):
 
 
 @dataclass
-class CylinderFriction(Effect):
+class CylinderFriction(Term):
     """Coulomb friction on a cylinder, which must come before it in the list of effects.
 
     Args:
@@ -136,7 +136,7 @@ class CylinderFriction(Effect):
 
     def update(self, x: np.ndarray) -> None:
         if not self._anchored:
-            self.accept(x)
+            self.commit(x)
             self._anchored = True
 
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
@@ -154,16 +154,16 @@ class CylinderFriction(Effect):
         sample_points(x, c.samples.nodes, c.samples.weights, points)
         return kernels.potential(points, c.touching, c.origin, c.axis, c.force, self.mu, c.law.stick, self.anchors)
 
-    def accept(self, x: np.ndarray) -> None:
+    def commit(self, x: np.ndarray) -> None:
         c = self.cylinder
         kernels.drag_anchors(c.points, c.origin, c.axis, c.radius, c.force, self.slip, c.law.stick, self.anchors)
 
-    def memory(self) -> Arrays:
+    def history(self) -> Arrays:
         return {"anchors": self.anchors.copy(), "anchored": np.array(self._anchored)}
 
-    def recall(self, memory: Arrays) -> None:
-        self.anchors[:] = memory["anchors"]
-        self._anchored = bool(memory["anchored"])
+    def load(self, history: Arrays) -> None:
+        self.anchors[:] = history["anchors"]
+        self._anchored = bool(history["anchored"])
 
     @property
     def sliding(self) -> int:

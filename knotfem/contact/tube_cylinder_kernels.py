@@ -7,14 +7,14 @@ Hess g = (I - n n^T - a a^T) / rho, which is also the derivative of n.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from knotfem.compiled import kernel
 from knotfem.contact.penalty import mobilisation, mobilisation_energy, penalty
 from knotfem.contact.tube import dot
 from knotfem.sparse.pattern import block_slot, row_start
 
 
-@njit(cache=True, inline="always", error_model="numpy")
+@kernel(inline="always", error_model="numpy")
 def radial(p, origin, axis, n):
     """Distance of p from the axis; n (3) is the outward unit vector."""
     along = 0.0
@@ -28,7 +28,7 @@ def radial(p, origin, axis, n):
     return rho
 
 
-@njit(cache=True)
+@kernel
 def gaps(points, origin, axis, radius, candidates, gap, limit):
     """Samples with a gap below `limit` into `candidates`, and their gaps; returns how many."""
     n = np.empty(3)
@@ -41,7 +41,7 @@ def gaps(points, origin, axis, radius, candidates, gap, limit):
     return count
 
 
-@njit(cache=True, inline="always", error_model="numpy")
+@kernel(inline="always", error_model="numpy")
 def _scatter(nodes, weights, block, node_ptr, node_adj, upper, data):
     for a in range(nodes.size):
         for b in range(nodes.size):
@@ -59,7 +59,7 @@ def _scatter(nodes, weights, block, node_ptr, node_adj, upper, data):
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def assemble(
     sample_nodes, sample_weights, area, points, touching, origin, axis, radius, stiffness, ramp, residual, tangent,
     data, node_ptr, node_adj, upper, force,
@@ -88,7 +88,7 @@ def assemble(
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def assemble_friction(
     sample_nodes, sample_weights, area, points, touching, origin, axis, radius, stiffness, ramp, friction, stick,
     anchors, residual, tangent, data, node_ptr, node_adj, upper, slip, traction,
@@ -140,7 +140,7 @@ def assemble_friction(
     return True
 
 
-@njit(cache=True)
+@kernel
 def energies(points, area, origin, axis, radius, stiffness, ramp):
     """Stored energy of all samples."""
     n = np.empty(3)
@@ -150,7 +150,7 @@ def energies(points, area, origin, axis, radius, stiffness, ramp):
     return total
 
 
-@njit(cache=True)
+@kernel
 def potential(points, touching, origin, axis, force, friction, stick, anchors):
     """Friction potential with the given normal forces (lagged)."""
     n, q = np.empty(3), np.empty(3)
@@ -167,7 +167,7 @@ def potential(points, touching, origin, axis, force, friction, stick, anchors):
     return total
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def drag_anchors(points, origin, axis, radius, force, slip, stick, anchors):
     """Commit: anchors of free samples to the closest point, sliding ones follow at the stick distance."""
     n, na, foot = np.empty(3), np.empty(3), np.empty(3)

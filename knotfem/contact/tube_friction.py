@@ -14,12 +14,12 @@ import numpy as np
 from knotfem.contact import tube_friction_kernels as kernels
 from knotfem.contact.tube import sample_points
 from knotfem.contact.tube_contact import PATTERN_PAD, Contact
-from knotfem.solver.term import Arrays, Effect, StepStart
+from knotfem.solver.term import Arrays, StepStart, Term
 from knotfem.sparse.pattern import Matrix
 
 
 @dataclass
-class Friction(Effect):
+class Friction(Term):
     """Friction of all pairs of a contact, which must come before it in the list of effects.
 
     Args:
@@ -47,7 +47,7 @@ class Friction(Effect):
         self.traction = np.zeros((0, 3))
         self.mu = np.zeros(0)
 
-    def keys(self, nodes: int) -> np.ndarray | None:
+    def couplings(self, nodes: int) -> np.ndarray | None:
         c = self.contact
         out = np.empty((c.pairs.shape[0], 36), dtype=np.int64)
         count = kernels.stray_stencils(
@@ -91,16 +91,16 @@ class Friction(Effect):
         sample_points(x, c.samples.nodes, c.samples.weights, points)
         return kernels.potential(x, c.tubes.arrays, points, c.pairs, c.uv, c.force, self.mu, c.law.stick, self.anchors)
 
-    def accept(self, x: np.ndarray) -> None:
+    def commit(self, x: np.ndarray) -> None:
         c = self.contact
         rubbing = np.where(self.mu > 0.0, c.force, 0.0)
         kernels.drag_anchors(c.uv, rubbing, self.slip, c.law.stick, c.tubes.around, c.pairs, self.anchors)
 
-    def memory(self) -> Arrays:
+    def history(self) -> Arrays:
         return {"anchors": self.anchors.copy(), "now": np.array(self._now)}
 
-    def recall(self, memory: Arrays) -> None:
-        self.anchors, self._now = memory["anchors"].copy(), float(memory.get("now", 1.0))
+    def load(self, history: Arrays) -> None:
+        self.anchors, self._now = history["anchors"].copy(), float(history.get("now", 1.0))
         self._size()
         self._generation = self.contact.generation
 

@@ -11,15 +11,15 @@ tangent is complete:
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from knotfem.compiled import kernel
 from knotfem.contact.penalty import mobilisation, mobilisation_energy, penalty
 from knotfem.contact.tube import dot, stencil, surface_point
 from knotfem.contact.tube_contact_kernels import normal, pair_geometry
 from knotfem.sparse.pattern import block_slot, row_start
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def slip_vector(x, tubes, p, rod, anchor, n, W, S, nodes, q, e):
     """Slip e (3) of a pair from its anchor; fills the anchor's stencil; returns |e|."""
     stencil(tubes, rod, anchor[0], anchor[1], nodes, W)
@@ -32,7 +32,7 @@ def slip_vector(x, tubes, p, rod, anchor, n, W, S, nodes, q, e):
     return np.sqrt(dot(e, e))
 
 
-@njit(cache=True, inline="always", error_model="numpy")
+@kernel(inline="always", error_model="numpy")
 def _normal_rate(B, Bd, forms, S, n, g, column, dn):
     """Derivative (3, 3) of the normal with respect to one node of the pair."""
     a11, a12, a22 = forms[0, 0], forms[0, 1], forms[0, 2]
@@ -49,7 +49,7 @@ def _normal_rate(B, Bd, forms, S, n, g, column, dn):
             dn[i, j] = S[1, i] * z1 + S[2, i] * z2
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def assemble(
     x, tubes, sample_nodes, sample_weights, area, points, pairs, uv, gap, share, friction, stiffness, ramp, stick,
     anchors, residual, tangent, data, node_ptr, node_adj, upper, slip, traction,
@@ -141,7 +141,7 @@ def assemble(
     return True
 
 
-@njit(cache=True)
+@kernel
 def potential(x, tubes, points, pairs, uv, force, friction, stick, anchors):
     """Friction potential with the given normal forces (lagged), for the line search."""
     W, S = np.empty((6, 12)), np.empty((6, 3))
@@ -157,7 +157,7 @@ def potential(x, tubes, points, pairs, uv, force, friction, stick, anchors):
     return total
 
 
-@njit(cache=True)
+@kernel
 def stray_stencils(tubes, sample_nodes, pairs, uv, gap, reach, pad, anchors, out):
     """Slave, master and anchor nodes (36) of near pairs whose anchor has left the padded patch; returns how many."""
     W, nodes = np.empty((6, 12)), np.empty(12, np.int64)
@@ -181,7 +181,7 @@ def stray_stencils(tubes, sample_nodes, pairs, uv, gap, reach, pad, anchors, out
     return count
 
 
-@njit(cache=True)
+@kernel
 def pair_normal(x, tubes, rod, uv, W, S, nodes, n):
     """Unit normal of a tube at (u, v)."""
     stencil(tubes, rod, uv[0], uv[1], nodes, W)
@@ -189,7 +189,7 @@ def pair_normal(x, tubes, rod, uv, W, S, nodes, n):
     normal(S, n)
 
 
-@njit(cache=True)
+@kernel
 def drag_anchors(uv, force, slip, stick, around, pairs, anchors):
     """Commit: sliding anchors follow at the stick distance, those of pairs that do not rub (`force` 0) all the way."""
     for k in range(pairs.shape[0]):

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numba import njit
 
+from knotfem.compiled import kernel
 from knotfem.contact.tube import dot, project
 
 NEIGHBOUR_ARC_OVER_RADIUS = 3.2
@@ -37,7 +37,7 @@ def all_pairs(find: Callable[[np.ndarray, np.ndarray], int], samples: int, *para
         capacity = count
 
 
-@njit(cache=True)
+@kernel
 def _start_angle(x, tubes, axis_node, rod, section, p):
     """Boundary node of a section that lies most in the direction of p."""
     ring, ring_start, around = tubes[0], tubes[1], tubes[2]
@@ -53,7 +53,7 @@ def _start_angle(x, tubes, axis_node, rod, section, p):
     return angle
 
 
-@njit(cache=True)
+@kernel
 def _distance(x, axis, start, count, j, p):
     """Distance of p from the edges of a centreline near section j, their lines going on for one edge."""
     nearest = np.inf
@@ -66,7 +66,7 @@ def _distance(x, axis, start, count, j, p):
     return np.sqrt(nearest)
 
 
-@njit(cache=True)
+@kernel
 def _minima(x, axis, axis_start, sections, spacing, radius, slave, i, master, reach, found):
     """Sections of the master rod at a local minimum of distance to section i of the slave, within reach."""
     count = sections[master]
@@ -88,7 +88,7 @@ def _minima(x, axis, axis_start, sections, spacing, radius, slave, i, master, re
     return n
 
 
-@njit(cache=True)
+@kernel
 def find_pairs(
     x, tubes, axis, axis_start, spacing, radius, sample_rod, sample_u, section_start, points, cutoff, out, out_uv
 ):
@@ -162,7 +162,7 @@ def find_pairs(
     return total
 
 
-@njit(cache=True)
+@kernel
 def match_pairs(old, old_uv, new, new_uv, sample_count, reach, match):
     """For each new pair the old one of the same sample and rod within `reach` slices along it, or -1.
 

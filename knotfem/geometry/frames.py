@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
+from knotfem.compiled import kernel
 from knotfem.errors import InputError
 from knotfem.geometry.points import Array, as_points, unit
 
@@ -69,7 +69,7 @@ def rotation_minimising_frame(points: ArrayLike, start: ArrayLike | None = None)
     return _double_reflection(x, t, unit(across))
 
 
-@njit(cache=True)
+@kernel
 def _carry(d: Array, chord: Array, t: Array, t_next: Array) -> Array:
     """Double reflection of d: first across the chord, then so that the tangents match."""
     c = 2.0 / np.dot(chord, chord)
@@ -82,7 +82,7 @@ def _carry(d: Array, chord: Array, t: Array, t_next: Array) -> Array:
     return half / np.sqrt(np.dot(half, half))
 
 
-@njit(cache=True)
+@kernel
 def _double_reflection(x: Array, t: Array, start: Array) -> Array:
     frames = np.empty((len(x), 3, 3))
     d = start.copy()
@@ -133,7 +133,7 @@ def twist_of(frames: ArrayLike, points: ArrayLike | None = None) -> Array:
     return _twist(f, np.ascontiguousarray(chord))
 
 
-@njit(cache=True)
+@kernel
 def _twist(f: Array, chord: Array) -> Array:
     twist = np.empty(len(chord))
     for i in range(len(chord)):
@@ -156,7 +156,7 @@ def writhe(points: ArrayLike) -> float:
     return float(_writhe(as_points(points)))
 
 
-@njit(cache=True)
+@kernel
 def _writhe(x: Array) -> float:
     total = 0.0
     for i in range(len(x) - 1):
@@ -165,7 +165,7 @@ def _writhe(x: Array) -> float:
     return total / (2.0 * math.pi)
 
 
-@njit(cache=True)
+@kernel
 def _triangle(x: Array, a0: int, a1: int, b0: int, b1: int, c0: int, c1: int) -> float:
     """Signed solid angle of the triangle of directions x[.1] - x[.0] (Van Oosterom and Strackee 1983)."""
     ax, ay, az = x[a1, 0] - x[a0, 0], x[a1, 1] - x[a0, 1], x[a1, 2] - x[a0, 2]

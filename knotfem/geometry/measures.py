@@ -6,9 +6,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
+from knotfem.compiled import kernel
 from knotfem.geometry.points import Array, as_points, unit
 from knotfem.geometry.segments import segment_distance
 
@@ -80,7 +80,7 @@ def strand_clearance(points: ArrayLike, diameter: float) -> Clearance:
     return Clearance(float(distance), int(i), int(j))
 
 
-@njit(cache=True)
+@kernel
 def _closest_strands(x: Array, s: Array, turned: Array, neighbour: float) -> tuple[float, int, int]:
     best, best_i, best_j = math.inf, -1, -1
     for i in range(len(x) - 1):
@@ -110,7 +110,7 @@ def rod_clearance(first: ArrayLike, second: ArrayLike) -> Clearance:
     return Clearance(float(distance), int(i), int(j))
 
 
-@njit(cache=True)
+@kernel
 def _closest_edges(x: Array, y: Array) -> tuple[float, int, int]:
     best, best_i, best_j = math.inf, -1, -1
     for i in range(len(x) - 1):

@@ -10,15 +10,15 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from knotfem.compiled import kernel
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def dot(a, b):
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def cross(a, b, out):
     """a x b into out, which must be neither."""
     out[0] = a[1] * b[2] - a[2] * b[1]
@@ -26,7 +26,7 @@ def cross(a, b, out):
     out[2] = a[0] * b[1] - a[1] * b[0]
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def unit(v, out):
     """v / |v| into out; returns |v|."""
     size = math.sqrt(dot(v, v))
@@ -35,7 +35,7 @@ def unit(v, out):
     return size
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def transport(a, b, v, out):
     """v, across the unit vector a, carried by the smallest rotation to b."""
     share = dot(v, b) / (1.0 + dot(a, b))
@@ -43,7 +43,7 @@ def transport(a, b, v, out):
         out[i] = v[i] - share * (a[i] + b[i])
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def half_binormal(a, b, out):
     """k(a, b) = a x b/(1 + a . b) into out."""
     cross(a, b, out)
@@ -52,7 +52,7 @@ def half_binormal(a, b, out):
         out[i] *= scale
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def half_binormal_rate(a, b, k, da, db, out):
     """Derivative of k(a, b) along (da, db) into out."""
     scale = 1.0 / (1.0 + dot(a, b))
@@ -62,7 +62,7 @@ def half_binormal_rate(a, b, k, da, db, out):
     out[2] = scale * (da[0] * b[1] - da[1] * b[0] + a[0] * db[1] - a[1] * db[0] - turn * k[2])
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def angle_about(t, u, v):
     """Angle from u to v about the unit vector t, both across it, in (-pi, pi]."""
     x = t[0] * (u[1] * v[2] - u[2] * v[1])
@@ -71,7 +71,7 @@ def angle_about(t, u, v):
     return math.atan2(x, dot(u, v))
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def nearest_turn(angle, reference):
     """The angle plus the whole turns that bring it nearest to the reference."""
     turn = 2.0 * math.pi

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from knotfem.compiled import kernel
 from knotfem.geometry.points import Array
 
 
-@njit(cache=True)
+@kernel
 def segment_distance(a: Array, b: Array, c: Array, d: Array) -> float:
     """Smallest distance between segments a-b and c-d, each end shape (3,)."""
     ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
@@ -34,7 +33,7 @@ def segment_distance(a: Array, b: Array, c: Array, d: Array) -> float:
     return math.sqrt(x * x + y * y + z * z)
 
 
-@njit(cache=True)
+@kernel
 def boxes_apart(low_i: Array, high_i: Array, low_j: Array, high_j: Array, distance: float) -> bool:
     """Whether two boxes, corners shape (3,), are certainly farther apart than a distance."""
     gap = 0.0

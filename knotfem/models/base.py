@@ -15,7 +15,7 @@ from knotfem.scene.model import Scene
 from knotfem.scene.rods import Rod
 from knotfem.scene.steps import Step
 from knotfem.solver.stepping.integrator import Progress
-from knotfem.solver.term import Effect, Motion
+from knotfem.solver.term import Motion, Term
 from knotfem.tie import CentrelinePath, make_path
 
 if TYPE_CHECKING:
@@ -89,8 +89,8 @@ class Simulation(ABC):
 
     scene: Scene
     rods: Sequence[Strand]
-    effects: Sequence[Effect]
-    elastic: Sequence[Effect]
+    effects: Sequence[Term]
+    elastic: Sequence[Term]
     absent: dict[str, str]
     sections: np.ndarray
     dofs: int

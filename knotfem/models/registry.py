@@ -12,13 +12,13 @@ from knotfem.models.conditions import gravity_of
 from knotfem.scene.model import Scene
 from knotfem.scene.registered import settings_of
 from knotfem.scene.steps import Loaded
-from knotfem.solver.term import Effect
+from knotfem.solver.term import Term
 from knotfem.terms.registry import INTERNAL_DAMPING, REGISTERED, module_of
 
 if TYPE_CHECKING:
     from knotfem.models.solid.assembly import Model
 
-Make = Callable[[Any, "Model"], Sequence[Effect]]
+Make = Callable[[Any, "Model"], Sequence[Term]]
 """Effects of a model from their imported module and the effects before them."""
 
 
@@ -98,21 +98,21 @@ def obstacle_friction(scene: Scene) -> np.ndarray:
     return np.array([[scene.friction_between(rod.name, o.name) for rod in scene.rods] for o in scene.obstacles])
 
 
-def _inertia(module: Any, model: Model) -> Sequence[Effect]:
+def _inertia(module: Any, model: Model) -> Sequence[Term]:
     return [module.Inertia(model.body.mass)]
 
 
-def _drag(module: Any, model: Model) -> Sequence[Effect]:
+def _drag(module: Any, model: Model) -> Sequence[Term]:
     drag = model.body.scene.drag
     assert drag is not None
     return [module.Drag(model.body.mass, drag.rate)]
 
 
-def _gravity(module: Any, model: Model) -> Sequence[Effect]:
+def _gravity(module: Any, model: Model) -> Sequence[Term]:
     return [module.Gravity(model.body.mass, gravity_of(model.body.scene))]
 
 
-def _contact(module: Any, model: Model) -> Sequence[Effect]:
+def _contact(module: Any, model: Model) -> Sequence[Term]:
     from knotfem.contact.tube import make_samples, make_tubes
 
     body, scene = model.body, model.body.scene
@@ -127,12 +127,12 @@ def _contact(module: Any, model: Model) -> Sequence[Effect]:
     return [module.Contact(tubes, make_samples(tubes, spacing), body.law)]
 
 
-def _friction(module: Any, model: Model) -> Sequence[Effect]:
+def _friction(module: Any, model: Model) -> Sequence[Term]:
     (contact,) = model.named("contact")
     return [module.Friction(contact, rod_friction(model.body.scene))]
 
 
-def _cylinder(module: Any, model: Model) -> Sequence[Effect]:
+def _cylinder(module: Any, model: Model) -> Sequence[Term]:
     (contact,) = model.named("contact")
     cylinders = []
     for obstacle in model.body.scene.obstacles:
@@ -142,7 +142,7 @@ def _cylinder(module: Any, model: Model) -> Sequence[Effect]:
     return cylinders
 
 
-def _cylinder_friction(module: Any, model: Model) -> Sequence[Effect]:
+def _cylinder_friction(module: Any, model: Model) -> Sequence[Term]:
     rubbing = []
     pairs = zip(model.named("cylinder"), obstacle_friction(model.body.scene), strict=True)
     for number, (cylinder, mu) in enumerate(pairs, 1):
@@ -159,7 +159,7 @@ def _whole(name: str, module: str) -> Registered:
         settings = settings_of(scene.effects, name)
         return "not in the scene" if settings is None else module_of(name).absent(settings)
 
-    def make(imported: Any, model: Model) -> Sequence[Effect]:
+    def make(imported: Any, model: Model) -> Sequence[Term]:
         settings = settings_of(model.body.scene.effects, name)
         return [imported.make(settings, model.body.rods)]
 

@@ -10,7 +10,7 @@ import numpy as np
 from knotfem.models.base import Simulation, make_simulation
 from knotfem.scene.model import Scene
 from knotfem.scene.steps import Loaded, Pull
-from knotfem.solver.term import Effect
+from knotfem.solver.term import Term
 from knotfem.sparse import linear
 
 MEMORY_MB = (330.0, 0.021)
@@ -69,7 +69,7 @@ def _mapped(model: Simulation) -> str:
     return ", ".join(dict.fromkeys(effect.name for effect in model.elastic)) if model.hexes else "the centrelines"
 
 
-def _effects(effects: Sequence[Effect], scene: Scene) -> dict[str, str]:
+def _effects(effects: Sequence[Term], scene: Scene) -> dict[str, str]:
     """What runs, by name, with its figures; effects of one name side by side."""
     said: dict[str, list[str]] = {}
     for effect in effects:
@@ -81,7 +81,7 @@ def _effects(effects: Sequence[Effect], scene: Scene) -> dict[str, str]:
     return {name: "; ".join(texts) for name, texts in said.items()}
 
 
-def _symmetry(effects: Sequence[Effect], scene: Scene) -> str:
+def _symmetry(effects: Sequence[Term], scene: Scene) -> str:
     """Whether the matrix is symmetric, and what decides; hexahedra's is then stored and factorised as such."""
     culprits = list(dict.fromkeys(effect.name for effect in effects if not effect.symmetric))
     ends = (end for step in scene.steps for end in step.all_ends().values())

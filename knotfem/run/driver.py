@@ -205,7 +205,7 @@ class Driver:
         equations = self.model.equations(step, began, origin, underway.before, progress)
         system = equations.system
         if resumed:
-            system.restore(resumed["memory"])
+            system.restore(resumed["history"])
             self.account.restore(resumed["account"])
         else:
             system.update(self.motion.x)
@@ -305,11 +305,11 @@ class Driver:
             self._save_checkpoint(underway, system, name)
 
     def _save_checkpoint(self, underway: Underway | None, system: System | None, name: str) -> None:
-        memory = {label: effect.memory() for label, effect in labelled(self.model.effects)}
+        history = {label: effect.history() for label, effect in labelled(self.model.effects)}
         between = {"progress": stored_progress(march.Progress.at(self.motion))}
         state = {
             **(between if underway is None else underway.stored()),
-            "memory": system.memory() if system is not None else memory,
+            "history": system.history() if system is not None else history,
             "account": self.account.state(),
             "model": self.model.state(inside=underway is not None),
             "knots_before": self.knots_before,
@@ -336,8 +336,8 @@ class Driver:
         progress = restored_progress(state)
         self.motion = progress.motion
         for label, effect in labelled(self.model.effects):
-            if label in state["memory"]:
-                effect.recall(state["memory"][label])
+            if label in state["history"]:
+                effect.load(state["history"][label])
         self.account.restore(state["account"])
         self.model.restore(state["model"])
         if checkpoint.metadata["inside"]:

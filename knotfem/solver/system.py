@@ -11,7 +11,7 @@ import numpy as np
 
 from knotfem.solver.constraints import Prescribed
 from knotfem.solver.schemes import Scheme
-from knotfem.solver.term import Arrays, Effect, Motion, StepStart
+from knotfem.solver.term import Arrays, Motion, StepStart, Term
 from knotfem.sparse.linear import LinearSolver
 from knotfem.sparse.pattern import Matrix, Pattern, merge_keys
 
@@ -56,7 +56,7 @@ class System:
 
     def __init__(
         self,
-        effects: Sequence[Effect],
+        effects: Sequence[Term],
         nodes: int,
         solver: LinearSolver,
         scheme: Scheme,
@@ -168,14 +168,14 @@ class System:
         for effect in self.effects:
             self.clock.run(effect.name, effect.advance, fraction)
 
-    def admissible(self, x: np.ndarray, dx: np.ndarray) -> float:
+    def allowed_fraction(self, x: np.ndarray, dx: np.ndarray) -> float:
         """Fraction of a predicted move `dx` from x, shape [nodes, width], that all effects let through."""
-        return min((self.clock.run(e.name, e.admissible, x, dx) for e in self.effects), default=1.0)
+        return min((self.clock.run(e.name, e.allowed_fraction, x, dx) for e in self.effects), default=1.0)
 
     @property
-    def sound(self) -> bool:
+    def admissible(self) -> bool:
         """Whether the state last assembled can be one of equilibrium."""
-        return all(effect.sound for effect in self.effects)
+        return all(effect.admissible for effect in self.effects)
 
     def merit(self, x: np.ndarray) -> float:
         """Merit of the line search at x, with the effects' own unknowns at their full increment.
@@ -190,32 +190,32 @@ class System:
             merit += weight * float(np.sum(self._start_residual * x))
         return merit
 
-    def accept(self, x: np.ndarray, start: StepStart) -> Motion:
+    def commit(self, x: np.ndarray, start: StepStart) -> Motion:
         """Commit the step that ended at x."""
         motion = self.scheme.finish(x, start)
         for effect in self.effects:
-            self.clock.run(effect.name, effect.accept, x)
+            self.clock.run(effect.name, effect.commit, x)
         return motion
 
-    def memory(self) -> dict[str, Arrays]:
+    def history(self) -> dict[str, Arrays]:
         """Copies of what the effects remember, by place and name, and the pattern in force."""
-        memory = {label: effect.memory() for label, effect in labelled(self.effects)}
-        return {**memory, "pattern": {} if self._keys is None else {"keys": self._keys}}
+        history = {label: effect.history() for label, effect in labelled(self.effects)}
+        return {**history, "pattern": {} if self._keys is None else {"keys": self._keys}}
 
-    def recall(self, memory: dict[str, Arrays]) -> None:
+    def load(self, history: dict[str, Arrays]) -> None:
         """Go back to a memory; the pattern, which only ever grows too large, stays."""
         for label, effect in labelled(self.effects):
-            effect.recall(memory[label])
+            effect.load(history[label])
 
-    def restore(self, memory: dict[str, Arrays]) -> None:
+    def restore(self, history: dict[str, Arrays]) -> None:
         """Go on from a memory in a new system, with the pattern of that time and so to the same bits."""
-        self.recall(memory)
-        keys = memory["pattern"].get("keys")
+        self.load(history)
+        keys = history["pattern"].get("keys")
         self._keys, self._matrix = None, None
         if keys is not None:
             self._matrix = self._fill(keys)
 
-    def effect(self, name: str) -> list[Effect]:
+    def effect(self, name: str) -> list[Term]:
         """All effects of a name."""
         return [effect for effect in self.effects if effect.name == name]
 
@@ -233,7 +233,7 @@ class System:
 
     def _build(self) -> Matrix:
         diagonal = np.arange(self.nodes, dtype=np.int64) * (self.nodes + 1)
-        found = (self.clock.run(effect.name, effect.keys, self.nodes) for effect in self.effects)
+        found = (self.clock.run(effect.name, effect.couplings, self.nodes) for effect in self.effects)
         keys = self.clock.run("pattern", merge_keys, diagonal, *(part for part in found if part is not None))
         return self._fill(keys)
 
@@ -241,7 +241,7 @@ class System:
         self._keys = keys
         pattern = self.clock.run("pattern", self._pattern, keys)
         for effect in self.effects:
-            self.clock.run("pattern", effect.bind, pattern)
+            self.clock.run("pattern", effect.allocate, pattern)
         return Matrix(pattern)
 
     def _pattern(self, keys: np.ndarray) -> Pattern:
@@ -268,7 +268,7 @@ class System:
         return residual, complete
 
 
-def labelled(effects: Sequence[Effect]) -> list[tuple[str, Effect]]:
+def labelled(effects: Sequence[Term]) -> list[tuple[str, Term]]:
     """Effects with labels of their own: name and number, or else place among those of the same name."""
     seen: dict[str, int] = {}
     result = []

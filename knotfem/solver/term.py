@@ -62,7 +62,7 @@ class StepStart:
 
 
 @dataclass
-class Effect:
+class Term:
     """Base of all effects: one that does nothing.
 
     The residual is internal minus external force [N], shape [nodes, 3]; the tangent is its derivative with respect to
@@ -81,15 +81,15 @@ class Effect:
     number: int = field(default=0, init=False)
 
     @property
-    def sound(self) -> bool:
+    def admissible(self) -> bool:
         """Whether the state last assembled can be one of equilibrium: no element is inside out."""
         return True
 
-    def keys(self, nodes: int) -> np.ndarray | None:
+    def couplings(self, nodes: int) -> np.ndarray | None:
         """Adjacency keys (see `Pattern.from_keys`) that the tangent needs; None when the diagonal is enough."""
         return None
 
-    def bind(self, pattern: Pattern) -> None:
+    def allocate(self, pattern: Pattern) -> None:
         """A new pattern is in force."""
 
     def integrate(self, scheme: Scheme) -> None:
@@ -98,7 +98,7 @@ class Effect:
     def begin(self, start: StepStart) -> None:
         """A time step sets out from an accepted state."""
 
-    def admissible(self, x: np.ndarray, dx: np.ndarray) -> float:
+    def allowed_fraction(self, x: np.ndarray, dx: np.ndarray) -> float:
         """Fraction of a predicted move `dx` from x, shape [nodes, 3], that the effect lets through."""
         return 1.0
 
@@ -119,23 +119,23 @@ class Effect:
         """Contribution to the line search's merit, with the full increment of the effect's own unknowns."""
         return 0.0
 
-    def accept(self, x: np.ndarray) -> None:
+    def commit(self, x: np.ndarray) -> None:
         """The step has been accepted: commit what is remembered."""
 
     def energy(self, x: np.ndarray) -> float:
         """Stored energy [N mm]."""
         return 0.0
 
-    def memory(self) -> Arrays:
+    def history(self) -> Arrays:
         """Copies of all that must be kept to undo a step or to go on from a checkpoint."""
         return {}
 
-    def recall(self, memory: Arrays) -> None:
-        """Go back to a memory."""
+    def load(self, history: Arrays) -> None:
+        """Go back to a history."""
 
 
 @dataclass
-class Moving(Effect):
+class Moving(Term):
     """Base of effects that know velocities.
 
     Attributes:

@@ -11,10 +11,12 @@ from functools import cached_property
 from typing import Self
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
+
+from knotfem.compiled import kernel
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def block_slot(node_ptr, node_adj, a, b):
     """Place of node b in the sorted adjacency of node a, or -1."""
     low, high = node_ptr[a], node_ptr[a + 1] - 1
@@ -30,7 +32,7 @@ def block_slot(node_ptr, node_adj, a, b):
     return -1
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def row_start(node_ptr, upper, a, i):
     """Offset in the value array of row i of node a, such that entry (slot, j) stands at start + 3 slot + j."""
     degree = node_ptr[a + 1] - node_ptr[a]
@@ -40,7 +42,7 @@ def row_start(node_ptr, upper, a, i):
     return start
 
 
-@njit(cache=True)
+@kernel
 def _expand(node_ptr, node_adj, upper, indptr, indices):
     for a in range(node_ptr.size - 1):
         degree = node_ptr[a + 1] - node_ptr[a]
@@ -54,7 +56,7 @@ def _expand(node_ptr, node_adj, upper, indptr, indices):
                         indices[start + 3 * k + j] = 3 * b + j
 
 
-@njit(cache=True, parallel=True)
+@kernel(parallel=True)
 def _constrain(indptr, indices, data, fixed, scale):
     for row in prange(indptr.size - 1):
         for k in range(indptr[row], indptr[row + 1]):
@@ -63,7 +65,7 @@ def _constrain(indptr, indices, data, fixed, scale):
                 data[k] = scale if row == column else 0.0
 
 
-@njit(cache=True)
+@kernel
 def _add_diagonal(indptr, indices, data, values):
     for row in range(indptr.size - 1):
         for k in range(indptr[row], indptr[row + 1]):
@@ -72,7 +74,7 @@ def _add_diagonal(indptr, indices, data, values):
                 break
 
 
-@njit(cache=True, parallel=True)
+@kernel(parallel=True)
 def _multiply(indptr, indices, data, x, y):
     for row in prange(indptr.size - 1):
         value = 0.0
@@ -81,7 +83,7 @@ def _multiply(indptr, indices, data, x, y):
         y[row] = value
 
 
-@njit(cache=True)
+@kernel
 def _multiply_upper(indptr, indices, data, x, y):
     y[:] = 0.0
     for row in range(indptr.size - 1):
@@ -94,7 +96,7 @@ def _multiply_upper(indptr, indices, data, x, y):
         y[row] += value
 
 
-@njit(cache=True)
+@kernel
 def add_blocks(nodes, blocks, node_ptr, node_adj, upper, data):
     """Add a dense square matrix over `nodes` (n,), `blocks` (3n, 3n). Returns False when a block lies outside."""
     count = nodes.size
@@ -116,7 +118,7 @@ def add_blocks(nodes, blocks, node_ptr, node_adj, upper, data):
     return True
 
 
-@njit(cache=True)
+@kernel
 def add_node_blocks(nodes, blocks, node_ptr, node_adj, upper, data):
     """Add to the diagonal block of each of `nodes` (n,) its own `blocks` (n, 3, 3). Returns whether all have one."""
     one = np.empty(1, np.int64)

@@ -9,14 +9,14 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
-from numba import njit
 
+from knotfem.compiled import kernel
 from knotfem.sparse.pattern import Matrix, Pattern, block_slot
 
 NO_NODES = np.zeros(0, dtype=np.int64)
 
 
-@njit(cache=True)
+@kernel
 def _expand(node_ptr, node_adj, indptr, indices):
     for a in range(node_ptr.size - 1):
         degree = node_ptr[a + 1] - node_ptr[a]
@@ -28,7 +28,7 @@ def _expand(node_ptr, node_adj, indptr, indices):
                     indices[start + 4 * k + j] = 4 * node_adj[node_ptr[a] + k] + j
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def add_block(a, b, block, row, column, node_ptr, node_adj, data):
     """Add block[row : row + 4, column : column + 4] to nodes (a, b). Returns False where that lies outside."""
     slot = block_slot(node_ptr, node_adj, a, b)
@@ -42,7 +42,7 @@ def add_block(a, b, block, row, column, node_ptr, node_adj, data):
     return True
 
 
-@njit(cache=True)
+@kernel
 def add_blocks(rows, columns, block, node_ptr, node_adj, data):
     """Add a dense block, shape [4 rows, 4 columns], over nodes; negative nodes are left out.
 

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knotfem.solver.term import Effect
+from knotfem.solver.term import Term
 from knotfem.sparse.pattern import Matrix
 
 
 @dataclass
-class Gravity(Effect):
+class Gravity(Term):
     """Weight of the lumped mass.
 
     Args:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from knotfem.solver.term import Effect, StepStart
+from knotfem.solver.term import StepStart, Term
 from knotfem.sparse.pattern import Matrix, add_blocks
 
 History = Callable[[float], float]
@@ -17,7 +17,7 @@ VectorHistory = Callable[[float], np.ndarray]
 
 
 @dataclass
-class EndForce(Effect):
+class EndForce(Term):
     """A dead force on an end, shared among its nodes by `weights` (which sum to one).
 
     Args:
@@ -46,7 +46,7 @@ class EndForce(Effect):
 
 
 @dataclass
-class FollowingForce(Effect):
+class FollowingForce(Term):
     """A force on a section along the end's tangent, from the axis node `inner` to the axis node `outer`.
 
     Weights need not sum to one: weights proportional to a section coordinate make an end moment.
@@ -65,7 +65,7 @@ class FollowingForce(Effect):
         self.symmetric = False
         self._stencil = np.unique(np.concatenate([self.nodes, [self.inner, self.outer]])).astype(np.int64)
 
-    def keys(self, nodes: int) -> np.ndarray:
+    def couplings(self, nodes: int) -> np.ndarray:
         keys = self._stencil[:, None] * nodes + self._stencil[None, :]
         return np.unique(keys)
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from knotfem.mesh.rod import RodMesh
-    from knotfem.solver.term import Effect
+    from knotfem.solver.term import Term
 
 REGISTERED = {
     "viscous_drag": "knotfem.terms.viscous",
@@ -60,7 +60,7 @@ class EffectModule(Protocol):
         """Why these settings call for nothing; "" where they call for the effect."""
         ...
 
-    def make(self, settings: Any, rods: Sequence[Strand]) -> Effect:
+    def make(self, settings: Any, rods: Sequence[Strand]) -> Term:
         """The effect on all rods."""
         ...
 

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from knotfem.compiled import kernel
 from knotfem.mesh.rod_layout import RodLayout
 from knotfem.sparse.pattern import Matrix
 from knotfem.sparse.rod_pattern import add_block
 from knotfem.terms.viscous import Settings, ViscousDrag
 
 
-@njit(cache=True)
+@kernel
 def _add(nodes, blocks, node_ptr, node_adj, data):
     wide = np.zeros((4, 4))
     for k in range(nodes.size):

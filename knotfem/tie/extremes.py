@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from knotfem.compiled import kernel
 from knotfem.tie.path import Array
 
 
-@njit(cache=True)
+@kernel
 def stationary_times(start: Array, end: Array, bump: Array) -> Array:
     """Times at which the edge (1 - t) start + t end + t (1 - t) bump may be longest or shortest.
 
@@ -68,7 +68,7 @@ def stationary_times(start: Array, end: Array, bump: Array) -> Array:
     return times
 
 
-@njit(cache=True)
+@kernel
 def edges_at(start: Array, end: Array, bump: Array, times: Array) -> Array:
     """Returns the edges over h at times (n, k) of their own, shape (n, k, 3)."""
     n, k = times.shape

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from scipy.optimize import linprog, minimize
 
+from knotfem.compiled import kernel
 from knotfem.tie.extremes import deviation, edges_at, extreme_stretches
 from knotfem.tie.path import Array
 
@@ -31,7 +31,7 @@ class Shape:
     deviation: float
 
 
-@njit(cache=True)
+@kernel
 def smoothed_deviation(
     start: Array, end: Array, bump: Array, times: Array, sharpness: float
 ) -> tuple[float, float, Array, Array]:

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from knotfem.compiled import kernel
 from knotfem.geometry.points import Array, as_points, unit
 
 FRONT = (0.0, -1.0, 0.0)
@@ -78,7 +78,7 @@ def _passes(starts: Array, stops: Array, follower: NDArray[np.int64], component:
     return _Passes(crossing[order], upper[order], component[edges[order]], signs[:count])
 
 
-@njit(cache=True)
+@kernel
 def _find_crossings(
     starts: Array, stops: Array, follower: NDArray[np.int64], capacity: int
 ) -> tuple[int, NDArray[np.int64], Array, NDArray[np.bool_], NDArray[np.int64]]:

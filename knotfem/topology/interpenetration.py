@@ -7,9 +7,9 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from knotfem.compiled import kernel
 from knotfem.errors import InputError
 from knotfem.geometry.measures import NEIGHBOUR_RADII, arclength
 from knotfem.geometry.points import Array, as_points
@@ -75,7 +75,7 @@ def _rods(state: ArrayLike | Sequence[ArrayLike]) -> list[Array]:
     return [as_points(x) for x in state] if several else [as_points(state)]  # type: ignore[union-attr]
 
 
-@njit(cache=True)
+@kernel
 def _first_meeting(
     x: Array,
     y: Array,
@@ -104,7 +104,7 @@ def _first_meeting(
     return first, first_i, first_j
 
 
-@njit(cache=True)
+@kernel
 def _meeting_time(x: Array, y: Array, i: int, j: int, meeting: float) -> float:
     """Time at which two moving edges come within a distance; 2 if they do not.
 

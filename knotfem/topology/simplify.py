@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from knotfem.compiled import kernel
 from knotfem.geometry.points import Array
 
 SHAKE = 1e-7
@@ -41,7 +41,7 @@ def simplify(polygons: Sequence[Array]) -> list[Array]:
     return [x[a:b][alive[a:b]] for a, b in pairwise(first)]
 
 
-@njit(cache=True)
+@kernel
 def _triangle_moves(
     x: Array, before: NDArray[np.int64], after: NDArray[np.int64], component: NDArray[np.int64], left: NDArray[np.int64]
 ) -> NDArray[np.bool_]:
@@ -63,7 +63,7 @@ def _triangle_moves(
     return alive
 
 
-@njit(cache=True)
+@kernel
 def _pierced(x: Array, alive: NDArray[np.bool_], after: NDArray[np.int64], a: int, b: int, c: int) -> bool:
     """Whether an edge that has no end in common with triangle a, b, c meets it."""
     for p in range(len(x)):
@@ -84,7 +84,7 @@ def _pierced(x: Array, alive: NDArray[np.bool_], after: NDArray[np.int64], a: in
     return False
 
 
-@njit(cache=True)
+@kernel
 def _volume(x: Array, a: int, b: int, c: int, d: int) -> float:
     """Signed six-fold volume of a tetrahedron; 0 where rounding leaves its sign open."""
     ux, uy, uz = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]

@@ -20,7 +20,7 @@ from knotfem.solver.nonlinear.newton import NewtonSettings
 from knotfem.solver.schemes import BackwardEuler, Scheme
 from knotfem.solver.stepping.integrator import March, Progress, StepControl
 from knotfem.solver.system import System
-from knotfem.solver.term import Effect, Motion
+from knotfem.solver.term import Motion, Term
 from knotfem.sparse.linear import available, make_solver
 from knotfem.terms.gravity import Gravity
 from knotfem.terms.inertia import Drag, Inertia
@@ -55,7 +55,7 @@ class Bench:
     def obstacle(self, law: Penalty) -> Cylinder:
         return Cylinder(self.samples, law, np.array([-7.95, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]), 5.0)
 
-    def run(self, *more: Effect) -> np.ndarray:
+    def run(self, *more: Term) -> np.ndarray:
         """Positions after three steps of the rods with some effects."""
         rod = self.rods[0]
         x, ends = self.x, (rod.sections[0], rod.sections[-1])
@@ -79,7 +79,7 @@ def _edges(bench: Bench) -> np.ndarray:
     return np.concatenate([np.stack([rod.axis[:-1], rod.axis[1:]], axis=1) for rod in bench.rods])
 
 
-ZERO: dict[str, Callable[[Bench], tuple[list[Effect], Effect]]] = {
+ZERO: dict[str, Callable[[Bench], tuple[list[Term], Term]]] = {
     "core": lambda b: ([], Core(_edges(b), LENGTH / 6, 0.0)),
     "inertia": lambda b: ([], Inertia(0.0 * b.mass)),
     "drag": lambda b: ([], Drag(b.mass, 0.0)),

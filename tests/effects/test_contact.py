@@ -140,22 +140,22 @@ def test_predictor_may_not_close_a_pair_by_more_than_half_a_millimetre(crossing)
     contact.update(x)
     move = np.zeros_like(x)
     move[len(crossing.rods[0].mesh.nodes) :, 0] = -2.0
-    fraction = contact.admissible(x, move)
+    fraction = contact.allowed_fraction(x, move)
     assert fraction < 0.5
-    assert contact.admissible(x, 0.05 * move) == 1.0
-    assert contact.admissible(x, -move) == 1.0
+    assert contact.allowed_fraction(x, 0.05 * move) == 1.0
+    assert contact.allowed_fraction(x, -move) == 1.0
 
 
 def test_memory_goes_round_to_the_bit(crossing):
     contact, x = crossing.contact, crossing.x
     before = residual([contact], x)
-    contact.accept(x)
-    memory = contact.memory()
+    contact.commit(x)
+    history = contact.history()
     away = x.copy()
     away[len(crossing.rods[0].mesh.nodes) :, 2] += 4.0
     contact.update(away)
-    contact.accept(away)
-    contact.recall(memory)
+    contact.commit(away)
+    contact.load(history)
     assert residual([contact], x).tobytes() == before.tobytes()
-    for name, value in contact.memory().items():
-        assert value.tobytes() == memory[name].tobytes(), name
+    for name, value in contact.history().items():
+        assert value.tobytes() == history[name].tobytes(), name

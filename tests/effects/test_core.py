@@ -101,8 +101,8 @@ def test_sideways_move_of_a_straight_core_needs_no_force():
 
 def test_memory_goes_round_to_the_bit():
     core, x = strained()
-    memory, kept = core.memory(), core.force.tobytes()
+    history, kept = core.history(), core.force.tobytes()
     settle(core, 1.1 * x)
     assert core.force.tobytes() != kept
-    core.recall(memory)
+    core.load(history)
     assert core.force.tobytes() == kept

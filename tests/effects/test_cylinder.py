@@ -75,10 +75,10 @@ def test_predictor_may_not_drive_a_sample_inside_by_more_than_it_may(rest):
     away = np.array([-1.0, 0.0, 0.0])
     x = rest.x + away
     cylinder.update(x)
-    fraction = cylinder.admissible(x, np.tile(-4.0 * away, (len(x), 1)))
+    fraction = cylinder.allowed_fraction(x, np.tile(-4.0 * away, (len(x), 1)))
     assert 0.1 < fraction < 0.13
-    assert cylinder.admissible(x, np.tile(-0.5 * away, (len(x), 1))) == 1.0
-    assert cylinder.admissible(x, np.tile(4.0 * away, (len(x), 1))) == 1.0
+    assert cylinder.allowed_fraction(x, np.tile(-0.5 * away, (len(x), 1))) == 1.0
+    assert cylinder.allowed_fraction(x, np.tile(4.0 * away, (len(x), 1))) == 1.0
 
 
 def test_pressed_evenly_the_force_is_pressure_times_area():
@@ -116,13 +116,13 @@ def test_sliding_anchors_follow_at_the_stick_distance_on_the_surface(rest):
     residual([cylinder, friction], rest.x)
     sliding = friction.slip > cylinder.law.stick
     free = cylinder.force == 0.0
-    friction.accept(rest.x)
+    friction.commit(rest.x)
     p = friction.anchors - cylinder.origin
     np.testing.assert_allclose(np.linalg.norm(np.cross(p, cylinder.axis), axis=1)[sliding | free], 10.0, rtol=1e-12)
     residual([cylinder, friction], rest.x)
     np.testing.assert_allclose(friction.slip[sliding], cylinder.law.stick, rtol=1e-3)
     stuck = friction.anchors[sliding].copy()
-    friction.accept(rest.x)
+    friction.commit(rest.x)
     np.testing.assert_allclose(friction.anchors[sliding], stuck, atol=1e-4)
 
 
@@ -130,9 +130,9 @@ def test_memory_goes_round_to_the_bit(rest):
     cylinder, friction, x = rest.cylinder, rest.friction, rest.x
     rest.slip()
     before = residual([cylinder, friction], x)
-    memory = cylinder.memory(), friction.memory()
+    history = cylinder.history(), friction.history()
     residual([cylinder, friction], x + 0.5)
-    friction.accept(x + 0.5)
-    cylinder.recall(memory[0])
-    friction.recall(memory[1])
+    friction.commit(x + 0.5)
+    cylinder.load(history[0])
+    friction.load(history[1])
     assert residual([cylinder, friction], x).tobytes() == before.tobytes()

@@ -196,23 +196,23 @@ def test_merit_refuses_inverted_elements():
 
 def test_memory_goes_round_to_the_bit():
     bulk, x = strained("hex8")
-    memory = bulk.memory()
+    history = bulk.history()
     kept = bulk.pressure.tobytes()
     settle(bulk, 1.01 * x)
     assert bulk.pressure.tobytes() != kept
-    bulk.recall(memory)
+    bulk.load(history)
     assert bulk.pressure.tobytes() == kept
     bulk.pressure += 1.0
-    bulk.recall(memory)
+    bulk.load(history)
     assert bulk.pressure.tobytes() == kept
 
 
 def test_memory_of_modes_goes_round_to_the_bit():
     bulk, x = strained("hex8-incompatible")
-    memory, kept = bulk.memory(), bulk.modes.tobytes()
+    history, kept = bulk.history(), bulk.modes.tobytes()
     settle(bulk, x @ np.diag([1.0, 1.01, 1.02]))
     assert bulk.modes.tobytes() != kept
-    bulk.recall(memory)
+    bulk.load(history)
     assert bulk.modes.tobytes() == kept
     bulk.forget()
     assert not bulk.modes.any()

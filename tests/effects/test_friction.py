@@ -99,7 +99,7 @@ def test_sliding_anchors_follow_at_the_stick_distance_and_free_ones_at_the_close
     sliding = friction.slip > contact.law.stick
     assert sliding.any()
     assert free.any()
-    friction.accept(crossing.x)
+    friction.commit(crossing.x)
     np.testing.assert_array_equal(friction.anchors[free], contact.uv[free])
     residual([contact, friction], crossing.x)
     np.testing.assert_allclose(friction.slip[sliding], contact.law.stick, rtol=0.02)
@@ -114,7 +114,7 @@ def test_sticking_anchors_never_creep(slipped):
     assert stuck.any()
     before = friction.anchors[stuck].copy()
     for _ in range(100):
-        friction.accept(slipped.x)
+        friction.commit(slipped.x)
     np.testing.assert_array_equal(friction.anchors[stuck], before)
 
 
@@ -158,13 +158,13 @@ def test_unsymmetric_systems_are_stored_whole(slipped):
 def test_memory_goes_round_to_the_bit(slipped):
     contact, friction, x = slipped.contact, slipped.friction, slipped.x
     before = residual([contact, friction], x)
-    memory = contact.memory(), friction.memory()
+    history = contact.history(), friction.history()
     away = x.copy()
     away[len(slipped.rods[0].mesh.nodes) :, 2] += 2.0
     residual([contact, friction], away)
-    friction.accept(away)
-    contact.recall(memory[0])
-    friction.recall(memory[1])
+    friction.commit(away)
+    contact.load(history[0])
+    friction.load(history[1])
     assert residual([contact, friction], x).tobytes() == before.tobytes()
 
 
@@ -175,7 +175,7 @@ def test_anchors_of_pairs_that_do_not_rub_follow(slipped):
     friction.begin(StepStart(Motion.at_rest(slipped.x), 1.0))
     residual([contact, friction], slipped.x)
     assert (contact.force > 0.0).any()
-    friction.accept(slipped.x)
+    friction.commit(slipped.x)
     np.testing.assert_array_equal(friction.anchors, contact.uv)
 
 
@@ -183,8 +183,8 @@ def test_memory_knows_the_factor(slipped):
     friction = slipped.friction
     friction.factor = lambda time: 0.25
     friction.begin(StepStart(Motion.at_rest(slipped.x), 1.0))
-    kept, mu = friction.memory(), friction.mu.copy()
+    kept, mu = friction.history(), friction.mu.copy()
     friction.factor = lambda time: 0.5
     friction.begin(StepStart(Motion.at_rest(slipped.x), 1.0))
-    friction.recall(kept)
+    friction.load(kept)
     np.testing.assert_array_equal(friction.mu, mu)

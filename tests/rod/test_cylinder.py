@@ -80,7 +80,7 @@ def test_a_rod_spins_in_place_against_friction():
             effect.update(x)
             effect.assemble(x, f, None)
         for effect in effects:
-            effect.accept(x)
+            effect.commit(x)
     normal = cylinder.force.sum()
     assert friction.sliding == np.count_nonzero(cylinder.force)
     assert f[:, 1].sum() == pytest.approx(MU * normal, rel=1e-3)

@@ -191,7 +191,7 @@ def test_it_goes_on_to_the_same_bits() -> None:
 
     first, second = falling(), falling()
     march(first, 0.01)
-    second.recall(first.memory())
+    second.load(first.history())
     np.testing.assert_array_equal(march(second, 0.02), march(first, 0.02))
 
 

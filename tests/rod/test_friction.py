@@ -21,7 +21,7 @@ def carried(model, x):
     residual(effects[:2], x)
     f = residual(effects, x)
     for effect in effects:
-        effect.accept(x)
+        effect.commit(x)
     model.progress.motion = Motion.at_rest(x)
     return -f[model.layout.of(1), :3].sum(axis=0)
 

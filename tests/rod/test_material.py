@@ -68,7 +68,7 @@ def test_a_rigid_motion_carries_the_point(bent, u):
     Q = rotation()
     turned = x.copy()
     turned[:, :3] = x[:, :3] @ Q.T + [1.0, 2.0, 3.0]
-    frames.accept(x)
+    frames.commit(x)
     frames.director0 = frames.director0 @ Q.T
     frames.tangent0 = frames.tangent0 @ Q.T
     np.testing.assert_allclose(point(frames, turned, u, 0.7, 2.5, 0.6)[0], Q @ S + [1.0, 2.0, 3.0], atol=1e-12)
@@ -86,6 +86,6 @@ def test_angle_of_a_direction_is_that_of_its_point(bent, u):
 def test_accepting_a_state_moves_nothing(bent):
     frames, x = bent
     before = [point(frames, x, u, 0.7, 2.5, 0.6)[0] for u in PLACES]
-    frames.accept(x)
+    frames.commit(x)
     for u, S in zip(PLACES, before, strict=True):
         np.testing.assert_allclose(point(frames, x, u, 0.7, 2.5, 0.6)[0], S, atol=1e-12)

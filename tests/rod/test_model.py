@@ -33,12 +33,12 @@ def test_goes_on_from_a_memory_to_the_last_bit():
     march = whole.march(CONTROL, whole.settings(), [0.5])
     for _ in range(12):
         next(march)
-    memory = whole.memory()
+    history = whole.history()
     for _ in march:
         pass
     other = loaded()
     begin(other, frames)
-    other.recall(memory)
+    other.load(history)
     for _ in other.march(CONTROL, other.settings(), [0.5]):
         pass
     assert whole.friction is not None

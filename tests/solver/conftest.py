@@ -8,13 +8,13 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from knotfem.solver.term import Arrays, Effect, StepStart
+from knotfem.solver.term import Arrays, StepStart, Term
 from knotfem.sparse.pattern import Matrix, add_blocks
 
 
 @dataclass
-class Spring(Effect):
-    """Each node hangs on the origin: force k x + c |x|^2 x, with a count of accepted steps as its memory."""
+class Spring(Term):
+    """Each node hangs on the origin: force k x + c |x|^2 x, with a count of accepted steps as its history."""
 
     stiffness: float
     cubic: float = 0.0
@@ -41,18 +41,18 @@ class Spring(Effect):
         square = np.einsum("ni,ni->n", x, x)
         return float(np.sum(0.5 * self.stiffness * square + 0.25 * self.cubic * square**2))
 
-    def accept(self, x: np.ndarray) -> None:
+    def commit(self, x: np.ndarray) -> None:
         self.accepted += x[0, 0]
 
-    def memory(self) -> Arrays:
+    def history(self) -> Arrays:
         return {"accepted": self.accepted.copy()}
 
-    def recall(self, memory: Arrays) -> None:
-        self.accepted[:] = memory["accepted"]
+    def load(self, history: Arrays) -> None:
+        self.accepted[:] = history["accepted"]
 
 
 @dataclass
-class Push(Effect):
+class Push(Term):
     """A force on the first node that may depend on time; it spoils its memory at once and may refuse steps."""
 
     force: Callable[[float], np.ndarray]
@@ -76,11 +76,11 @@ class Push(Effect):
     def merit(self, x: np.ndarray) -> float:
         return -float(x[0] @ self._now)
 
-    def memory(self) -> Arrays:
+    def history(self) -> Arrays:
         return {"scratch": self.scratch.copy()}
 
-    def recall(self, memory: Arrays) -> None:
-        self.scratch[:] = memory["scratch"]
+    def load(self, history: Arrays) -> None:
+        self.scratch[:] = history["scratch"]
 
 
 @pytest.fixture

@@ -13,9 +13,9 @@ from knotfem.sparse.pattern import Matrix, Pattern
 
 def rod_matrix(upper: bool, fixed: bool = True) -> Matrix:
     rod = make_rod(9.0, 6, section=20)
-    pattern = Pattern.from_keys(rod.bulk.keys(len(rod.mesh.nodes)), len(rod.mesh.nodes), upper)
+    pattern = Pattern.from_keys(rod.bulk.couplings(len(rod.mesh.nodes)), len(rod.mesh.nodes), upper)
     matrix = Matrix(pattern)
-    rod.bulk.bind(pattern)
+    rod.bulk.allocate(pattern)
     rod.bulk.assemble(rod.mesh.nodes, np.zeros_like(rod.mesh.nodes), matrix)
     clamped = np.zeros((len(rod.mesh.nodes), 3), dtype=bool)
     clamped[rod.sections[0]] = fixed

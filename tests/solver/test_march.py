@@ -84,12 +84,12 @@ def test_a_failed_step_is_undone_to_the_bit(spring, push):
 
     def walk() -> None:
         for step in march:
-            kept.append((copy.deepcopy(march.system.memory()), step.motion.x.tobytes()))
+            kept.append((copy.deepcopy(march.system.history()), step.motion.x.tobytes()))
 
     with pytest.raises(NotConverged, match="smallest step"):
         walk()
     before, motion = kept[-1]
-    after = march.system.memory()
+    after = march.system.history()
     for name in ("spring-1", "push-1"):
         for key, value in before[name].items():
             assert after[name][key].tobytes() == value.tobytes()
@@ -158,7 +158,7 @@ def test_goes_on_from_progress_and_memory_to_the_bit():
     for step in whole:
         if kept is None and step.arrived:
             assert effects[-1].sliding > 0
-            kept = copy.deepcopy(whole.progress), copy.deepcopy(whole.system.memory())
+            kept = copy.deepcopy(whole.progress), copy.deepcopy(whole.system.history())
     assert kept is not None
     resumed, _ = rubbing()
     resumed.progress = kept[0]
@@ -169,7 +169,7 @@ def test_goes_on_from_progress_and_memory_to_the_bit():
     assert resumed.progress.motion.v.tobytes() == whole.progress.motion.v.tobytes()
     for name in ("steps", "iterations", "cutbacks", "dt"):
         assert getattr(resumed.progress, name) == getattr(whole.progress, name)
-    ends = resumed.system.memory(), whole.system.memory()
+    ends = resumed.system.history(), whole.system.history()
     for label in ends[1]:
         for key, value in ends[1][label].items():
             assert ends[0][label][key].tobytes() == value.tobytes(), (label, key)
@@ -194,7 +194,7 @@ def test_a_step_that_is_interrupted_has_not_begun():
     assert halted.progress.steps == 3 < whole.progress.steps
     resumed, _ = rubbing()
     resumed.progress = copy.deepcopy(halted.progress)
-    resumed.system.restore(copy.deepcopy(halted.system.memory()))
+    resumed.system.restore(copy.deepcopy(halted.system.history()))
     for _ in resumed:
         pass
     assert resumed.progress.motion.x.tobytes() == whole.progress.motion.x.tobytes()

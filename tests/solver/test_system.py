@@ -123,11 +123,11 @@ def test_memory_comes_back_to_the_bit_and_by_place():
     system.begin(StepStart(Motion.at_rest(x), 1.0))
     system.tangent(x)
     second.core.force += 3.0
-    memory = system.memory()
-    assert {"elasticity-1", "core-1", "elasticity-2", "core-2", "pattern"} == set(memory)
+    history = system.history()
+    assert {"elasticity-1", "core-1", "elasticity-2", "core-2", "pattern"} == set(history)
     first.core.force += 1.0
     second.bulk.pressure -= 1.0
-    system.recall(memory)
+    system.load(history)
     assert (first.core.force == 0.0).all()
     assert (second.core.force == 3.0).all()
     assert (second.bulk.pressure == 0.0).all()

@@ -12,8 +12,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
+from knotfem.compiled import kernel
 from knotfem.geometry.rotation import cross, dot
 from knotfem.models.rod.frames import edge
 from knotfem.models.rod.hinges import Hinged
@@ -21,7 +21,7 @@ from knotfem.sparse.pattern import Matrix
 from knotfem.sparse.rod_pattern import add_blocks, matrix_arguments
 
 
-@njit(cache=True)
+@kernel
 def turning(a, b):
     """Angle phi between two directions and the first two derivatives of phi^2/2 by their cosine."""
     c = dot(a, b)
@@ -35,7 +35,7 @@ def turning(a, b):
     return phi, -phi / s, (1.0 - phi * c / s) / (s * s)
 
 
-@njit(cache=True)
+@kernel
 def _energy(x, hinges, tangent0, modulus):
     a, b = np.empty(3), np.empty(3)
     total = 0.0
@@ -46,7 +46,7 @@ def _energy(x, hinges, tangent0, modulus):
     return total
 
 
-@njit(cache=True)
+@kernel
 def _assemble(x, hinges, stencils, tangent0, modulus, residual, tangent, node_ptr, node_adj, data):
     a, b = np.empty(3), np.empty(3)
     g = np.empty((2, 3))

@@ -19,13 +19,13 @@ from knotfem.models.rod.bend import Bend
 from knotfem.models.rod.frames import Frames
 from knotfem.models.rod.stretch import Stretch
 from knotfem.models.rod.twist import Twist
-from knotfem.solver.term import Arrays, Effect, StepStart
+from knotfem.solver.term import Arrays, StepStart, Term
 from knotfem.sparse.pattern import Matrix
 from knotfem.sparse.rod_pattern import matrix_arguments
 from knotfem.terms.registry import INTERNAL_DAMPING
 
 
-class Dashpot(Effect, ABC):
+class Dashpot(Term, ABC):
     """What the three have in common; their stiffnesses are K tau.
 
     A step of no length, with which schemes ask for the forces of the accepted state, is met as the last one was.
@@ -64,25 +64,25 @@ class Dashpot(Effect, ABC):
             self._first, self.rate = self._last, 1.0 / start.dt
         self._turn()
 
-    def accept(self, x: np.ndarray) -> None:
+    def commit(self, x: np.ndarray) -> None:
         self.dissipated = 2.0 * self.potential(x)
         self._last = self.strains(x)
 
     def energy(self, x: np.ndarray) -> float:
         return 0.0
 
-    def memory(self) -> Arrays:
+    def history(self) -> Arrays:
         first = {f"first {name}": value for name, value in self._first.items()}
         last = {f"last {name}": value for name, value in self._last.items()}
-        return {**super().memory(), **first, **last, "rate": np.array(self.rate)}
+        return {**super().history(), **first, **last, "rate": np.array(self.rate)}
 
-    def recall(self, memory: Arrays) -> None:
-        super().recall(memory)
+    def load(self, history: Arrays) -> None:
+        super().load(history)
         self._first, self._last = (
-            {name.split()[1]: value for name, value in memory.items() if name.startswith(which)}
+            {name.split()[1]: value for name, value in history.items() if name.startswith(which)}
             for which in ("first ", "last ")
         )
-        self.rate = float(memory["rate"])
+        self.rate = float(history["rate"])
         self._turn()
 
     def _turn(self) -> None:

@@ -15,14 +15,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from knotfem.compiled import kernel
 from knotfem.geometry.rotation import cross, dot
 from knotfem.models.rod.frames import edge, spin
 from knotfem.sparse.rod_pattern import add_blocks
 
 
-@njit(cache=True)
+@kernel
 def carried(t, v, a, theta, out):
     """c = R v into out."""
     w, p, n = dot(t, v), np.empty(3), np.empty(3)
@@ -34,7 +34,7 @@ def carried(t, v, a, theta, out):
         out[i] = math.cos(theta) * p[i] + math.sin(theta) * n[i] + (1.0 - math.cos(theta)) * w * a[i]
 
 
-@njit(cache=True)
+@kernel
 def _derivatives(t, v, a, b, theta, g, H):
     """Gradient (7) and second derivative (7, 7) of f by (a, b, theta), a and b taken as free vectors."""
     C, S, w = math.cos(theta), math.sin(theta), dot(t, v)
@@ -74,7 +74,7 @@ def _derivatives(t, v, a, b, theta, g, H):
     H[6, 6] = C * (f3 - f1) - S * f2
 
 
-@njit(cache=True)
+@kernel
 def _project(d, length, at, g, H):
     """From derivatives by a unit vector, in the three places from `at`, to those by the edge that it points along."""
     radial = 0.0
@@ -101,7 +101,7 @@ def _project(d, length, at, g, H):
             H[at + i, at + j] -= (d[i] * g[at + j] + g[at + i] * d[j]) / length
 
 
-@njit(cache=True)
+@kernel
 def _both_ends(x, base, other, tangent0, tangent, offset, per_radius, a, b, c):
     """Direction of the edge `base` into a; of the edge `other`, now and as carried with `base`, into b and c."""
     edge(x, tangent0, base, a)
@@ -109,7 +109,7 @@ def _both_ends(x, base, other, tangent0, tangent, offset, per_radius, a, b, c):
     carried(tangent[base], tangent[other], a, spin(x, per_radius, base) + offset[base], c)
 
 
-@njit(cache=True)
+@kernel
 def potential(x, hinges, tangent0, tangent, offset, per_radius, modulus):
     """modulus/4 (|b - c|^2 one way and the other) of all hinges."""
     a, b, c = np.empty(3), np.empty(3), np.empty(3)
@@ -123,7 +123,7 @@ def potential(x, hinges, tangent0, tangent, offset, per_radius, modulus):
     return total
 
 
-@njit(cache=True)
+@kernel
 def clamp_couples(x, hinges, tangent0, tangent, offset, per_radius, modulus):
     """Couple of each clamp on its rod from the last hinges, which are the clamps'; shape [clamps, 3].
 
@@ -142,7 +142,7 @@ def clamp_couples(x, hinges, tangent0, tangent, offset, per_radius, modulus):
     return couples
 
 
-@njit(cache=True)
+@kernel
 def assemble(
     x, hinges, stencils, tangent0, tangent, offset, per_radius, modulus, residual, matrix, node_ptr, node_adj, data
 ):  # fmt: skip

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from knotfem.models.rod.frames import Orientation
-from knotfem.solver.term import Effect, StepStart
+from knotfem.solver.term import StepStart, Term
 from knotfem.sparse.pattern import Matrix
 from knotfem.sparse.rod_pattern import add_blocks, stencil_keys
 
@@ -75,7 +75,7 @@ def turned(frame: EndFrame, axis: np.ndarray, angle: History, held: bool = True)
 
 
 @dataclass
-class FollowingForce(Effect):
+class FollowingForce(Term):
     """A force [N] on the node `outer` along the edge from `inner` to it."""
 
     inner: int
@@ -88,7 +88,7 @@ class FollowingForce(Effect):
         self.name = "load"
         self.symmetric = False
 
-    def keys(self, nodes: int) -> np.ndarray:
+    def couplings(self, nodes: int) -> np.ndarray:
         return stencil_keys(np.array([[self.inner, self.outer]]), nodes)
 
     def begin(self, start: StepStart) -> None:

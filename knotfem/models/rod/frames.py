@@ -14,17 +14,17 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit
 
+from knotfem.compiled import kernel
 from knotfem.geometry.rotation import angle_about, nearest_turn, transport, unit
 from knotfem.mesh.rod_layout import RodLayout
-from knotfem.solver.term import Arrays, Effect, StepStart
+from knotfem.solver.term import Arrays, StepStart, Term
 
 Orientation = Callable[[float], tuple[np.ndarray, np.ndarray]]
 """Tangent (along the arclength) and director of a clamp as functions of time [s]."""
 
 
-@njit(cache=True)
+@kernel
 def edge(x, tangent0, j, t):
     """Direction of an edge into t; returns its length. Edges beyond the nodes are clamps."""
     if j >= x.shape[0]:
@@ -36,13 +36,13 @@ def edge(x, tangent0, j, t):
     return unit(t, t)
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def spin(x, per_radius, j):
     """Spin of an edge [rad]."""
     return x[j, 3] * per_radius[j] if j < x.shape[0] else 0.0
 
 
-@njit(cache=True)
+@kernel
 def directors(x, edges, tangent0, director0, tangent, director):
     """Directions and unspun directors of edges at x."""
     t, f = np.empty(3), np.empty(3)
@@ -53,7 +53,7 @@ def directors(x, edges, tangent0, director0, tangent, director):
             tangent[j, i], director[j, i] = t[i], f[i]
 
 
-@njit(cache=True)
+@kernel
 def relative_turns(hinges, tangent, director, turn0, turn):
     """Angle from the left edge's director, carried over each hinge, to the right one's; the turn nearest to turn0."""
     u = np.empty(3)
@@ -77,7 +77,7 @@ class Clamp:
 
 
 @dataclass
-class Frames(Effect):
+class Frames(Term):
     """What bending, twisting and friction need to know of directions; exerts no force itself.
 
     Args:
@@ -186,21 +186,21 @@ class Frames(Effect):
     def begin(self, start: StepStart) -> None:
         self._orient(start.end)
 
-    def accept(self, x: np.ndarray) -> None:
+    def commit(self, x: np.ndarray) -> None:
         tangent, director = self.current(x)
         self.turn0 = self._turns(tangent, director)
         self.tangent0, self.director0 = tangent, director
 
-    def memory(self) -> Arrays:
+    def history(self) -> Arrays:
         return {
             "tangent": self.tangent0.copy(),
             "director": self.director0.copy(),
             "turn": self.turn0.copy(),
         }
 
-    def recall(self, memory: Arrays) -> None:
-        self.tangent0, self.director0 = memory["tangent"].copy(), memory["director"].copy()
-        self.turn0 = memory["turn"].copy()
+    def load(self, history: Arrays) -> None:
+        self.tangent0, self.director0 = history["tangent"].copy(), history["director"].copy()
+        self.turn0 = history["turn"].copy()
 
     def _orient(self, time: float) -> None:
         for c, clamp in enumerate(self.clamps):

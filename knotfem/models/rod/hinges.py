@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from knotfem.models.rod.frames import Frames
-from knotfem.solver.term import Effect
+from knotfem.solver.term import Term
 from knotfem.sparse.rod_pattern import stencil_keys
 
 
 @dataclass
-class Hinged(Effect, ABC):
+class Hinged(Term, ABC):
     """Base of effects with an energy at every hinge.
 
     Args:
@@ -31,7 +31,7 @@ class Hinged(Effect, ABC):
         rods = self.frames.layout.rod[np.where(stencils[:, 0] >= 0, stencils[:, 0], stencils[:, 2])]
         return np.asarray(self.stiffness, dtype=float)[rods] / self.frames.cell
 
-    def keys(self, nodes: int) -> np.ndarray:
+    def couplings(self, nodes: int) -> np.ndarray:
         return stencil_keys(self.frames.stencils, nodes)
 
     @abstractmethod

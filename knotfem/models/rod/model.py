@@ -25,7 +25,7 @@ from knotfem.solver.constraints import Prescribed
 from knotfem.solver.nonlinear.newton import NewtonSettings
 from knotfem.solver.schemes import BackwardEuler, Scheme
 from knotfem.solver.stepping.integrator import Accepted, March, Progress, StepControl
-from knotfem.solver.term import Effect, Motion
+from knotfem.solver.term import Motion, Term
 from knotfem.sparse.linear import make_solver
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ class RodModel:
         self.stretch.force = self.stretch.tension(x)
         self.bend = Bend(self.frames, bending)
         self.twist = Twist(self.frames, np.array([rod.twisting for rod in rods]))
-        self.effects: list[Effect] = [self.frames, self.stretch, self.bend, self.twist]
+        self.effects: list[Term] = [self.frames, self.stretch, self.bend, self.twist]
         self.contact: Contact | None = None
         self.friction: Friction | None = None
         self.cylinders: list[tuple[Cylinder, CylinderFriction | None]] = []
@@ -230,7 +230,7 @@ class RodModel:
         """
         x, time = self.x, self.time
         prescribed: list[Prescribed] = []
-        loads: list[Effect] = []
+        loads: list[Term] = []
         clamps: list[Clamp] = []
         for (rod, side), end in ends.items():
             if not 0 <= rod < self.layout.rods or side not in ("start", "end"):
@@ -290,24 +290,24 @@ class RodModel:
         d = 2.0 * float(self.layout.radius.min())
         return NewtonSettings(tolerance, 10.0 * tolerance, largest_move=0.25 * d, endgame_move=0.005 * d)
 
-    def memory(self) -> dict[str, Any]:
+    def history(self) -> dict[str, Any]:
         """All that a new model of the same rods needs to go on with the present phase to the last bit."""
         assert self.system is not None, "begin a phase first"
         state = {key: value for key, value in vars(self.progress).items() if key != "motion"}
         return {
             "progress": {**state, "motion": asdict(self.progress.motion)},
-            "effects": self.system.memory(),
+            "effects": self.system.history(),
             "ledger": self.ledger.state(),
         }
 
-    def recall(self, memory: dict[str, Any]) -> None:
-        """Go on from a memory, after `begin` with the ends of its phase."""
+    def load(self, history: dict[str, Any]) -> None:
+        """Go on from a history, after `begin` with the ends of its phase."""
         assert self.system is not None, "begin a phase first"
-        values = dict(memory["progress"])
+        values = dict(history["progress"])
         self.progress = Progress(Motion(**values.pop("motion")), **values)
-        self.system.restore(memory["effects"])
+        self.system.restore(history["effects"])
         self.system.keep(self.x)
-        self.ledger.restore(memory["ledger"])
+        self.ledger.restore(history["ledger"])
 
 
 def _row(place: Callable[[float], np.ndarray]) -> Callable[[float], np.ndarray]:

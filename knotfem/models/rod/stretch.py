@@ -10,10 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
+from knotfem.compiled import kernel
 from knotfem.mesh.rod_layout import RodLayout
-from knotfem.solver.term import Arrays, Effect
+from knotfem.solver.term import Arrays, Term
 from knotfem.sparse.pattern import Matrix
 from knotfem.sparse.rod_pattern import add_blocks, matrix_arguments, stencil_keys
 
@@ -21,7 +21,7 @@ MERIT_STIFFNESS_OVER_BENDING = 5.0
 """Axial stiffness of the line search's merit, in units of B/r^2; the true one rejects every rotation."""
 
 
-@njit(cache=True)
+@kernel
 def _assemble(x, edges, h, stiffness, rest, force, residual, tangent, node_ptr, node_adj, data, excess, direction):
     block = np.zeros((8, 8))
     nodes = np.empty(2, np.int64)
@@ -54,7 +54,7 @@ def _assemble(x, edges, h, stiffness, rest, force, residual, tangent, node_ptr, 
 
 
 @dataclass
-class Stretch(Effect):
+class Stretch(Term):
     """Axial stiffness of all edges.
 
     Args:
@@ -79,7 +79,7 @@ class Stretch(Effect):
         self._excess = np.zeros(rod.size)
         self._direction = np.zeros((rod.size, 3))
 
-    def keys(self, nodes: int) -> np.ndarray:
+    def couplings(self, nodes: int) -> np.ndarray:
         edges = self.layout.edges
         return stencil_keys(np.stack([edges, edges + 1], axis=1), nodes)
 
@@ -113,8 +113,8 @@ class Stretch(Effect):
     def energy(self, x: np.ndarray) -> float:
         return 0.5 * float(np.sum(self._h * self._stiffness * (self.strain(x) - self._rest) ** 2))
 
-    def memory(self) -> Arrays:
+    def history(self) -> Arrays:
         return {"force": self.force.copy()}
 
-    def recall(self, memory: Arrays) -> None:
-        self.force[:] = memory["force"]
+    def load(self, history: Arrays) -> None:
+        self.force[:] = history["force"]

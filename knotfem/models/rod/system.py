@@ -10,7 +10,7 @@ from knotfem.mesh.rod_layout import RodLayout
 from knotfem.solver.constraints import Prescribed
 from knotfem.solver.schemes import Scheme
 from knotfem.solver.system import System
-from knotfem.solver.term import Effect
+from knotfem.solver.term import Term
 from knotfem.sparse.linear import LinearSolver
 from knotfem.sparse.rod_pattern import RodPattern
 
@@ -31,7 +31,7 @@ class RodSystem(System):
 
     def __init__(
         self,
-        effects: Sequence[Effect],
+        effects: Sequence[Term],
         layout: RodLayout,
         solver: LinearSolver,
         scheme: Scheme,

@@ -13,8 +13,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
+from knotfem.compiled import kernel
 from knotfem.geometry.rotation import (
     angle_about,
     half_binormal,
@@ -28,7 +28,7 @@ from knotfem.sparse.pattern import Matrix
 from knotfem.sparse.rod_pattern import add_blocks, matrix_arguments
 
 
-@njit(cache=True)
+@kernel
 def _twist(x, hinge, tangent0, director0, turn0, per_radius, a, b, f, u, g):
     """Twist of a hinge; fills directions and lengths of its edges."""
     la = edge(x, tangent0, hinge[0], a)
@@ -40,7 +40,7 @@ def _twist(x, hinge, tangent0, director0, turn0, per_radius, a, b, f, u, g):
     return turn + spin(x, per_radius, hinge[1]) - spin(x, per_radius, hinge[0]), la, lb
 
 
-@njit(cache=True)
+@kernel
 def _energy(x, hinges, tangent0, director0, turn0, per_radius, rest, modulus):
     a, b, f, u, g = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     total = 0.0
@@ -50,7 +50,7 @@ def _energy(x, hinges, tangent0, director0, turn0, per_radius, rest, modulus):
     return total
 
 
-@njit(cache=True)
+@kernel
 def _assemble(
     x, hinges, stencils, tangent0, director0, turn0, per_radius, rest, modulus, residual, tangent, node_ptr, node_adj,
     data,

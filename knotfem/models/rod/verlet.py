@@ -12,7 +12,7 @@ import numpy as np
 
 from knotfem.errors import InputError, NotConverged
 from knotfem.models.rod.system import RodSystem
-from knotfem.solver.term import Effect, Motion, StepStart
+from knotfem.solver.term import Motion, StepStart, Term
 from knotfem.sparse.pattern import Matrix, merge_keys
 from knotfem.sparse.rod_pattern import RodPattern
 from knotfem.terms.inertia import Drag
@@ -34,7 +34,7 @@ def stable_step(system: RodSystem, motion: Motion, mass: np.ndarray) -> float:
     begin(system, StepStart(motion, 0.0))
     system.update(x)
     diagonal = np.arange(system.nodes, dtype=np.int64) * (system.nodes + 1)
-    keys = [keys for effect in system.effects if (keys := effect.keys(system.nodes)) is not None]
+    keys = [keys for effect in system.effects if (keys := effect.couplings(system.nodes)) is not None]
     matrix = Matrix(RodPattern.from_keys(merge_keys(diagonal, *keys), system.nodes, False))
     for effect in _static_effects(system):
         effect.assemble(x, np.zeros_like(x), matrix)
@@ -50,7 +50,7 @@ def begin(system: RodSystem, start: StepStart) -> None:
         effect.begin(start)
 
 
-def _static_effects(system: RodSystem) -> list[Effect]:
+def _static_effects(system: RodSystem) -> list[Term]:
     return [effect for effect in system.effects if effect.name not in ("inertia", "drag")]
 
 
@@ -87,7 +87,7 @@ def verlet(system: RodSystem, motion: Motion, mass: np.ndarray, dt: float, steps
         except ZeroDivisionError:
             a = np.full_like(x, np.nan)
         for effect in system.effects:
-            effect.accept(after)
+            effect.commit(after)
         v = np.where(free, (half + 0.5 * dt * a) / (1.0 + 0.5 * dt * drag), (after - x) / dt)
         x = after
         if not np.all(np.isfinite(a)):

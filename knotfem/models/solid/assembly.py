@@ -22,7 +22,7 @@ from knotfem.models.registry import REGISTRY
 from knotfem.scene.steps import Clamped, Driven, Loaded, Pinned, Pull, Step, Turn, Turned
 from knotfem.solver.constraints import Prescribed, driven, held, turned
 from knotfem.solver.system import System
-from knotfem.solver.term import Effect
+from knotfem.solver.term import Term
 from knotfem.sparse.linear import make_solver
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ class Model:
     """
 
     body: Body
-    effects: list[Effect]
+    effects: list[Term]
     absent: dict[str, str] = field(default_factory=dict)
 
     def named(self, name: str) -> list:
@@ -89,7 +89,7 @@ def step_system(
         threads: of the linear solver.
     """
     prescribed: list[Prescribed] = []
-    loads: list[Effect] = []
+    loads: list[Term] = []
     drives: list[tuple[str, np.ndarray, np.ndarray]] = []
     for rod in model.body.rods:
         for side in ("start", "end"):

@@ -18,7 +18,7 @@ from knotfem.models.solid.elasticity import Elasticity
 from knotfem.models.solid.formulation import lumped_mass, make_formulation, order
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import Rod
-from knotfem.solver.term import Effect
+from knotfem.solver.term import Term
 
 if TYPE_CHECKING:
     from knotfem.contact.penalty import Penalty
@@ -121,7 +121,7 @@ class Body:
         return Penalty(stiffness, c.ramp_over_diameter * d, c.stick_over_diameter * d)
 
     @property
-    def elastic(self) -> list[Effect]:
+    def elastic(self) -> list[Term]:
         """Bulk and core of all rods."""
         return [effect for rod in self.rods for effect in (rod.bulk, rod.core) if effect is not None]
 

@@ -9,16 +9,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
-from knotfem.solver.term import Arrays, Effect
+from knotfem.compiled import kernel
+from knotfem.solver.term import Arrays, Term
 from knotfem.sparse.pattern import Matrix, add_blocks, element_keys
 
 MERIT_AXIAL_STIFFNESS = 50.0
 """Moderate axial stiffness [N] of the line search's merit; the true one rejects every rotation."""
 
 
-@njit(cache=True)
+@kernel
 def _assemble(x, edges, h, stiffness, force, residual, tangent, data, node_ptr, node_adj, upper):
     block = np.empty((6, 6))
     for k in range(edges.shape[0]):
@@ -44,7 +44,7 @@ def _assemble(x, edges, h, stiffness, force, residual, tangent, data, node_ptr, 
 
 
 @dataclass
-class Core(Effect):
+class Core(Term):
     """Truss of one rod, energy N^2 h / (2 EA) an edge.
 
     Args:
@@ -64,7 +64,7 @@ class Core(Effect):
         self._excess = np.zeros_like(self.force)
         self._direction = np.zeros((self.edges.shape[0], 3))
 
-    def keys(self, nodes: int) -> np.ndarray:
+    def couplings(self, nodes: int) -> np.ndarray:
         return element_keys(self.edges, nodes)
 
     def strain(self, x: np.ndarray) -> np.ndarray:
@@ -107,11 +107,11 @@ class Core(Effect):
     def energy(self, x: np.ndarray) -> float:
         return 0.5 * self.axial_stiffness * self.edge_length * float(np.sum(self.strain(x) ** 2))
 
-    def memory(self) -> Arrays:
+    def history(self) -> Arrays:
         return {"force": self.force.copy()}
 
-    def recall(self, memory: Arrays) -> None:
-        self.force[:] = memory["force"]
+    def load(self, history: Arrays) -> None:
+        self.force[:] = history["force"]
 
 
 _NONE = np.zeros(0, dtype=np.int64)

@@ -8,14 +8,14 @@ import numpy as np
 
 from knotfem.models.solid import hexahedra
 from knotfem.models.solid.formulation import Formulation
-from knotfem.solver.term import Arrays, Effect
+from knotfem.solver.term import Arrays, Term
 from knotfem.sparse.pattern import Matrix, Pattern, element_keys
 
 MERIT_BULK_OVER_SHEAR = 20.0
 
 
 @dataclass
-class Elasticity(Effect):
+class Elasticity(Term):
     """The bulk of one rod.
 
     W = mu/2 (J^(-2/3) tr C - 3) + p (J - 1) - p^2 / (2 kappa), the pressure p an unknown of each element. Incompatible
@@ -62,7 +62,7 @@ class Elasticity(Effect):
         return float(2.0 / (self.formulation.grads[0, 0, :, 2] @ level))
 
     @property
-    def sound(self) -> bool:
+    def admissible(self) -> bool:
         return self.smallest_j > 0.0
 
     def forget(self) -> None:
@@ -89,10 +89,10 @@ class Elasticity(Effect):
         turned = np.einsum("sqgik,qgm,sqmk->sqmi", stress, form.modes, self.modes)
         return direct + np.einsum("sqmi,am->sqai", turned, form.centre)
 
-    def keys(self, nodes: int) -> np.ndarray:
+    def couplings(self, nodes: int) -> np.ndarray:
         return element_keys(self.elements.reshape(-1, self.elements.shape[2]), nodes)
 
-    def bind(self, pattern: Pattern) -> None:
+    def allocate(self, pattern: Pattern) -> None:
         flat = self.elements.reshape(-1, self.elements.shape[2])
         hexahedra.element_slots(flat, pattern.node_ptr, pattern.node_adj, self._slots)
 
@@ -146,15 +146,15 @@ class Elasticity(Effect):
         value, _ = self._potential(x, self.pressure, self.modes, 0.0)
         return value - 0.5 * float(np.einsum("sei,eij,sej->", self.pressure, self._compliance, self.pressure))
 
-    def memory(self) -> Arrays:
+    def history(self) -> Arrays:
         if self.modes.size == 0:
             return {"pressure": self.pressure.copy()}
         return {"pressure": self.pressure.copy(), "modes": self.modes.copy()}
 
-    def recall(self, memory: Arrays) -> None:
-        self.pressure[:] = memory["pressure"]
+    def load(self, history: Arrays) -> None:
+        self.pressure[:] = history["pressure"]
         if self.modes.size:
-            self.modes[:] = memory["modes"]
+            self.modes[:] = history["modes"]
 
     def _potential(self, x: np.ndarray, pressure: np.ndarray, modes: np.ndarray, modulus: float) -> tuple[float, float]:
         form = self.formulation

@@ -21,12 +21,13 @@ gradients to grad N_a + sum_m psi_m c_am beta_m and no more. With A = K_beta,bet
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 
+from knotfem.compiled import kernel
 from knotfem.sparse.pattern import block_slot, row_start
 
 
-@njit(cache=True)
+@kernel
 def element_slots(elements, node_ptr, node_adj, slots):
     """Adjacency slots of all node pairs of all elements; `slots` shape [elements, n, n], -1 where not stored."""
     for e in range(elements.shape[0]):
@@ -35,7 +36,7 @@ def element_slots(elements, node_ptr, node_adj, slots):
                 slots[e, a, b] = block_slot(node_ptr, node_adj, elements[e, a], elements[e, b])
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def gather(x, nodes, y):
     """Positions of an element's nodes into y (n, 3)."""
     for a in range(nodes.size):
@@ -43,7 +44,7 @@ def gather(x, nodes, y):
             y[a, i] = x[nodes[a], i]
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def enhance(grad, functions, centre, inner, out):
     """Reference gradients as the incompatible modes, shape [k, 3], make them, into out (n, 3)."""
     for a in range(grad.shape[0]):
@@ -54,7 +55,7 @@ def enhance(grad, functions, centre, inner, out):
             out[a, i] = value
 
 
-@njit(cache=True, inline="always", error_model="numpy")
+@kernel(inline="always", error_model="numpy")
 def deformation(y, grad, F):
     """Deformation gradient F (3, 3) from positions and reference gradients, both (n, 3); returns its determinant."""
     for i in range(3):
@@ -72,7 +73,7 @@ def deformation(y, grad, F):
     )
 
 
-@njit(cache=True, inline="always", error_model="numpy")
+@kernel(inline="always", error_model="numpy")
 def inverse(F, J, inv):
     """Inverse (3, 3) of F with determinant J."""
     inv[0, 0] = (F[1, 1] * F[2, 2] - F[1, 2] * F[2, 1]) / J
@@ -86,7 +87,7 @@ def inverse(F, J, inv):
     inv[2, 2] = (F[0, 0] * F[1, 1] - F[0, 1] * F[1, 0]) / J
 
 
-@njit(cache=True, inline="always", error_model="numpy")
+@kernel(inline="always", error_model="numpy")
 def deviator(F, scale, s):
     """Deviatoric Kirchhoff stress scale * dev(F F^T) into s (3, 3); returns tr(F F^T)."""
     trace = 0.0
@@ -99,7 +100,7 @@ def deviator(F, scale, s):
     return trace / scale
 
 
-@njit(cache=True, inline="always", error_model="numpy")
+@kernel(inline="always", error_model="numpy")
 def _point_tangent(g, sg, count, mu_bar, pressure, K):
     """Add one integration point's K_dev + K_geo; g, sg (3, n): spatial gradients and s g; K (3, 3, n, n)."""
     for a in range(count):
@@ -121,7 +122,7 @@ def _point_tangent(g, sg, count, mu_bar, pressure, K):
             K[2, 2, a, b] += dot
 
 
-@njit(cache=True, inline="always", error_model="numpy")
+@kernel(inline="always", error_model="numpy")
 def tangents(y, centre, t):
     """Tangents at the element's centre into t (k, 3)."""
     for m in range(t.shape[0]):
@@ -131,7 +132,7 @@ def tangents(y, centre, t):
                 t[m, i] += centre[a, m] * y[a, i]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _point_modes(count, t, functions, centre, inv, s, g, sg, mu_bar, pressure, f, K, along):
     """Add one integration point's forces on the modes and their tangent.
 
@@ -191,7 +192,7 @@ def _point_modes(count, t, functions, centre, inv, s, g, sg, mu_bar, pressure, f
                     )
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _condense_modes(count, f, K, A, follow):
     """Take the incompatible modes, which stand behind `count` nodes in f (3, n + k) and K, out of the nodes' part.
 
@@ -233,7 +234,7 @@ def _condense_modes(count, f, K, A, follow):
                         K[i, j, a, b] -= c * follow[r, 3 * b + j]
 
 
-@njit(cache=True, parallel=True, error_model="numpy")
+@kernel(parallel=True, error_model="numpy")
 def assemble(
     x,
     elements,
@@ -399,7 +400,7 @@ def assemble(
     return worst.min() if slices > 0 else np.inf
 
 
-@njit(cache=True, parallel=True)
+@kernel(parallel=True)
 def mode_increment(du, elements, follow, change):
     """change = -A^-1 (f_beta + K_beta,x du) of the incompatible modes, shape [slices, quads, k, 3]."""
     slices, quads, count = elements.shape
@@ -414,7 +415,7 @@ def mode_increment(du, elements, follow, change):
                 change[layer, e, r // 3, r % 3] = -value
 
 
-@njit(cache=True, parallel=True)
+@kernel(parallel=True)
 def pressure_increment(du, elements, modes_change, compliance_inv, b, excess, dp):
     """dp = G^-1 (R + b . du), with `excess` = G^-1 R; shapes as in `assemble`."""
     slices, quads, count = elements.shape
@@ -438,7 +439,7 @@ def pressure_increment(du, elements, modes_change, compliance_inv, b, excess, dp
                 dp[layer, e, m] = value
 
 
-@njit(cache=True, parallel=True, error_model="numpy")
+@kernel(parallel=True, error_model="numpy")
 def merit(x, inner, elements, grads, weights, psi, functions, centre, mu, p, modulus):
     """Sum of W_dev + p (J - 1) + modulus/2 (theta - 1)^2 and the smallest J.
 

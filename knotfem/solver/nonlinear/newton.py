@@ -110,7 +110,7 @@ def solve(
         before = excess
         excess = max(took.residual / settings.force_tolerance, took.resultant / settings.resultant_tolerance)
         if not lifted and took.count > 0 and excess < 1.0:
-            if not system.sound:
+            if not system.admissible:
                 raise StepFailed("an element is inverted")
             return x, took
         if took.count >= settings.max_iterations:

@@ -130,19 +130,19 @@ class March:
         """Take one step, shorter and shorter until it succeeds."""
         p, c = self.progress, self.control
         began = time.perf_counter()
-        memory, before = self.system.memory(), replace(p)
+        history, before = self.system.history(), replace(p)
         failed = 0
         while True:
             dt, arrived = self._length(p.dt)
             start = StepStart(p.motion, dt)
             try:
                 x, took = self._attempt(start)
-                motion = self.system.accept(x, start)
+                motion = self.system.commit(x, start)
                 break
             except (StepFailed, ZeroDivisionError) as failure:
                 degenerate = isinstance(failure, ZeroDivisionError)
                 self.last_failure = "strands or nodes lie on each other" if degenerate else str(failure)
-                self.system.recall(memory)
+                self.system.load(history)
                 failed += 1
                 p.cutbacks += 1
                 p.shift = max(p.shift, self.settings.shift_start)
@@ -154,7 +154,7 @@ class March:
                     ) from failure
                 p.dt = c.cut * dt
             except KnotfemError:
-                self.system.restore(memory)
+                self.system.restore(history)
                 vars(p).update(vars(before))
                 raise
         p.increment, p.increment_dt = x - p.motion.x, dt
@@ -171,7 +171,7 @@ class March:
         x = p.motion.x
         if p.increment_dt > 0.0:
             move = p.increment * (start.dt / p.increment_dt)
-            x = x + self.system.admissible(x, move) * move
+            x = x + self.system.allowed_fraction(x, move) * move
         x, took = newton.solve(self.system, x, start, self.settings, self.sections, p.shift, self.interrupt)
         moved = longest_move(x - p.motion.x)
         if moved > MOST_MOVE * self.control.move and start.dt > self.control.smallest:

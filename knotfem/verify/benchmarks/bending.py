@@ -9,7 +9,7 @@ import numpy as np
 from knotfem.solver.constraints import Prescribed, held
 from knotfem.solver.schemes import Scheme
 from knotfem.solver.system import System
-from knotfem.solver.term import Effect, Motion, StepStart
+from knotfem.solver.term import Motion, StepStart, Term
 from knotfem.sparse.linear import make_solver
 from knotfem.terms.gravity import Gravity
 from knotfem.terms.load import EndForce, FollowingForce
@@ -30,7 +30,7 @@ class GrowingWeight(Gravity):
         self.acceleration = self.full * start.end
 
 
-def loaded(rod: Rod, loads: list[Effect]) -> np.ndarray:
+def loaded(rod: Rod, loads: list[Term]) -> np.ndarray:
     """Centreline of a cantilever under loads that grow within one second, shape [sections, 3]."""
     x = rod.mesh.nodes
     system = System([*rod.effects, *loads], len(x), make_solver("auto"), Scheme(), beam_clamp(rod))

@@ -22,7 +22,7 @@ from knotfem.solver.nonlinear.newton import NewtonSettings
 from knotfem.solver.schemes import Scheme
 from knotfem.solver.stepping.integrator import March
 from knotfem.solver.system import System
-from knotfem.solver.term import Effect, Motion
+from knotfem.solver.term import Motion, Term
 from knotfem.sparse.linear import make_solver
 from knotfem.terms.inertia import Drag
 from knotfem.terms.load import EndForce
@@ -60,7 +60,7 @@ class Part:
     core: Core | None
 
     @property
-    def effects(self) -> list[Effect]:
+    def effects(self) -> list[Term]:
         return [self.bulk] if self.core is None else [self.bulk, self.core]
 
 
@@ -80,7 +80,7 @@ class Draped:
     x: np.ndarray
     band: Part
     drum: Cylinder
-    effects: list[Effect]
+    effects: list[Term]
 
     def end_force(self, end: int, size: float) -> EndForce:
         """A weight on an end, full from 1 s on."""
@@ -90,7 +90,7 @@ class Draped:
             stiffness[rod.mesh.section.axis] += rod.core.axial_stiffness
         return EndForce(rod.sections[end], stiffness / stiffness.sum(), lambda time: size * min(time, 1.0) * DOWN)
 
-    def march(self, loads: list[Effect], prescribed: list[Prescribed], stop: float, motion: Motion) -> March:
+    def march(self, loads: list[Term], prescribed: list[Prescribed], stop: float, motion: Motion) -> March:
         """Steps under loads, from a motion."""
         system = System([*self.effects, *loads], len(self.x), make_solver("auto"), Scheme(), prescribed)
         settings = NewtonSettings(force_tolerance=1e-5, resultant_tolerance=1e-4)
@@ -150,7 +150,7 @@ def drape(
     if moulded:
         ends = (0, straight, slices - straight, slices)
         parts = [_part(rod, ends[k], ends[k + 1], turn if k == 1 else 0.0) for k in range(3)]
-    effects: list[Effect] = [effect for part in parts for effect in part.effects]
+    effects: list[Term] = [effect for part in parts for effect in part.effects]
     effects += [Drag(rod.mass, 20.0), drum]
     if mu > 0.0:
         effects.append(CylinderFriction(drum, np.array([mu])))
@@ -225,7 +225,7 @@ def hung(forces: list[float]) -> list[Quantity]:
     def weight(time: float) -> np.ndarray:
         return np.interp(time, times, forces) * DOWN
 
-    loads: list[Effect] = [EndForce(rod.sections[k], rod.end_weights, weight) for k in (0, -1)]
+    loads: list[Term] = [EndForce(rod.sections[k], rod.end_weights, weight) for k in (0, -1)]
     top, spoke = rod.axis[[middle]], rod.sections[middle][rod.mesh.section.ring[:1]]
     ends = rod.axis[[0, -1]]
     supports = [

@@ -10,7 +10,7 @@ import numpy as np
 from knotfem.solver.nonlinear.newton import NewtonSettings, solve
 from knotfem.solver.schemes import BackwardEuler, GeneralisedAlpha, Scheme, generalised_alpha, hht
 from knotfem.solver.system import System
-from knotfem.solver.term import Effect, Motion, StepStart
+from knotfem.solver.term import Motion, StepStart, Term
 from knotfem.sparse.linear import make_solver
 from knotfem.sparse.pattern import Matrix
 from knotfem.terms.inertia import Drag, Inertia
@@ -20,7 +20,7 @@ OMEGA = 2.0 * np.pi
 
 
 @dataclass
-class Spring(Effect):
+class Spring(Term):
     """Ties every node to the origin, stiffness in N/mm."""
 
     stiffness: float
@@ -53,7 +53,7 @@ def swing(scheme: Scheme, steps: int, dt: float, damping: float = 0.0) -> np.nda
         start = StepStart(motion, dt)
         system.begin(start)
         x, _ = solve(system, motion.x, start, settings, np.zeros(1, dtype=int))
-        motion = system.accept(x, start)
+        motion = system.commit(x, start)
         path.append(float(x[0, 0]))
     return np.array(path)
 

@@ -30,7 +30,7 @@ from knotfem.solver.nonlinear.newton import NewtonSettings
 from knotfem.solver.schemes import Scheme
 from knotfem.solver.stepping.integrator import March, Progress, StepControl
 from knotfem.solver.system import System
-from knotfem.solver.term import Effect, Motion
+from knotfem.solver.term import Motion, Term
 from knotfem.sparse.linear import make_solver
 from knotfem.terms.inertia import Drag
 from knotfem.tie.sweep import swept_state
@@ -67,7 +67,7 @@ class Knot:
         law = Penalty(8.0 * YOUNGS, RADIUS / 15.0, RADIUS / 30.0)
         self.contact = Contact(*surfaces([self.rod], 0.25 * RADIUS), law)
         self.drag = Drag(self.rod.mass, 20.0)
-        self.effects: list[Effect] = [*self.rod.effects, self.drag, self.contact]
+        self.effects: list[Term] = [*self.rod.effects, self.drag, self.contact]
         self.motion = Motion.at_rest(x)
         self.reaction = 0.0
 

@@ -21,7 +21,7 @@ from knotfem.solver.nonlinear.newton import Iterations, NewtonSettings, solve
 from knotfem.solver.schemes import Scheme
 from knotfem.solver.stepping.integrator import March, Progress, StepControl
 from knotfem.solver.system import System
-from knotfem.solver.term import Effect, Motion, StepStart
+from knotfem.solver.term import Motion, StepStart, Term
 from knotfem.sparse.linear import make_solver
 from knotfem.tie.sweep import swept_state
 
@@ -63,7 +63,7 @@ class Rod:
     bending: float
 
     @property
-    def effects(self) -> list[Effect]:
+    def effects(self) -> list[Term]:
         return [self.bulk] if self.core is None else [self.bulk, self.core]
 
     @property
@@ -151,7 +151,7 @@ def surfaces(rods: Sequence[Rod], spacing: float) -> tuple[Tubes, Samples]:
 
 
 def static(
-    effects: Sequence[Effect],
+    effects: Sequence[Term],
     x: np.ndarray,
     prescribed: Sequence[Prescribed],
     sections: np.ndarray,
