@@ -1,0 +1,3 @@
+from curve_fixtures import random_curve, rigid, shipped
+
+__all__ = ["random_curve", "rigid", "shipped"]
