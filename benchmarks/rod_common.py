@@ -7,12 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from knotfem.contact.curve_contact import hertz_line_stiffness
-from knotfem.geometry.curve import interpolate, read_centerline
+from knotfem.geometry.curve import interpolate
+from knotfem.geometry.readers import read_centreline
 from knotfem.geometry.resample import equal_chords
 from knotfem.models.rod.ends import clamped
 from knotfem.models.rod.model import RodModel
 from knotfem.models.rod.spec import ContactSpec, CylinderSpec, RodSpec
-from knotfem.shipped import centerline_path
+from knotfem.shipped import centreline_path
 from knotfem.solver.stepping.integrator import StepControl
 
 YOUNGS, DENSITY = 1.425, 1.16e-9
@@ -45,7 +46,7 @@ def bowline(
     **changed,
 ) -> RodModel:
     """The scene `bowline`: 600 mm of rod round a cylinder of 20 mm."""
-    points = equal_chords(read_centerline(centerline_path("bowline")), segments, 600.0).points
+    points = equal_chords(read_centreline(centreline_path("bowline")), segments, 600.0).points
     peg = CylinderSpec(np.zeros(3), np.array([0.0, 1.0, 0.0]), 10.0, cylinder)
     contact = touching(friction, stiffer=stiffer, **changed)
     return RodModel([rubber(points)], contact, [peg], gravity=gravity, drag=drag)

@@ -25,7 +25,7 @@ def scenes(overrides: tuple[str, ...], quiet: bool, log_format: str) -> None:
     from knotfem.scene.load import describe
 
     found = {name: text for name in shipped.scene_names() if (text := describe(name, overrides)) is not None}
-    knots = {name: shipped.centerline_title(name) for name in shipped.centerline_names()}
+    knots = {name: shipped.centreline_title(name) for name in shipped.centreline_names()}
     if log_format == "json":
         click.echo(json.dumps({"scenes": found, "centerlines": knots}))
     elif quiet:

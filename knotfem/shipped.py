@@ -27,7 +27,7 @@ def _scenes() -> dict[str, Path]:
     return _names(_folder("knotfem_data.configs"), "*.toml")
 
 
-def _centerlines() -> dict[str, Path]:
+def _centrelines() -> dict[str, Path]:
     return _names(_folder("knotfem_data.meshes") / "centrelines", "*.csv")
 
 
@@ -48,9 +48,9 @@ def scene_names() -> list[str]:
     return list(_scenes())
 
 
-def centerline_names() -> list[str]:
+def centreline_names() -> list[str]:
     """Names of the shipped centrelines, sorted."""
-    return list(_centerlines())
+    return list(_centrelines())
 
 
 def section_counts() -> list[int]:
@@ -67,13 +67,13 @@ def scene_path(name: str) -> Path:
     return _pick("scene", name, _scenes())
 
 
-def centerline_path(name: str) -> Path:
+def centreline_path(name: str) -> Path:
     """File of a shipped centreline.
 
     Raises:
         InputError: no such centreline; the message lists the names.
     """
-    return _pick("centreline", name, _centerlines())
+    return _pick("centreline", name, _centrelines())
 
 
 def section_path(count: int) -> Path:
@@ -93,11 +93,11 @@ def section_path(count: int) -> Path:
     return known[count]
 
 
-def centerline_title(name: str) -> str:
+def centreline_title(name: str) -> str:
     """What a shipped centreline is: its file's first comment line.
 
     Raises:
         InputError: no such centreline.
     """
-    with centerline_path(name).open(encoding="utf-8") as file:
+    with centreline_path(name).open(encoding="utf-8") as file:
         return file.readline().lstrip("# ").partition(": ")[2].strip()

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from knotfem.geometry.curve import read_centerline
+from knotfem.geometry.readers import read_centreline
 from knotfem.geometry.resample import equal_chords
 
 CENTRELINES = Path(__file__).parents[1] / "meshes" / "centrelines"
@@ -17,7 +17,7 @@ CENTRELINES = Path(__file__).parents[1] / "meshes" / "centrelines"
 
 @cache
 def _shipped(name: str) -> NDArray[np.float64]:
-    return equal_chords(read_centerline(CENTRELINES / f"{name}.csv"), 600).points
+    return equal_chords(read_centreline(CENTRELINES / f"{name}.csv"), 600).points
 
 
 @pytest.fixture(scope="session")

@@ -1,26 +1,20 @@
-"""Centrelines as smooth curves: reading them from files and interpolating points."""
+"""Centrelines as smooth parametric curves, and interpolation of points by a spline."""
 
 from __future__ import annotations
 
-import json
-import tomllib
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
-from knotfem.errors import InputError
-from knotfem.geometry.nurbs import Nurbs, blender_knots
-from knotfem.geometry.points import FEWEST_POINTS, Array, as_points
-
-NURBS_KEYS = {"name", "points", "degree", "knots", "order_u", "use_endpoint_u", "use_bezier_u", "use_cyclic_u"}
+from knotfem.geometry.points import as_points
+from knotfem.types import Array
 
 
 class Curve(Protocol):
-    """A smooth open curve with a parameter."""
+    """A smooth open parametric curve in space."""
 
     @property
     def domain(self) -> tuple[float, float]:
@@ -29,7 +23,7 @@ class Curve(Protocol):
 
     @property
     def spans(self) -> Array:
-        """Parameters between which the curve is one smooth piece, shape (spans + 1,)."""
+        """Parameters that bound the smooth pieces of the curve, shape (pieces + 1,)."""
         ...
 
     def __call__(self, parameter: ArrayLike) -> Array:
@@ -37,13 +31,17 @@ class Curve(Protocol):
         ...
 
     def derivative(self, parameter: ArrayLike) -> Array:
-        """First derivative by the parameter, shape (..., 3)."""
+        """First derivative with respect to the parameter, shape (..., 3)."""
         ...
 
 
 @dataclass(frozen=True)
 class NaturalSpline:
-    """The natural cubic spline through points; its parameter is the cumulative chord length."""
+    """Natural cubic spline through points, whose parameter is the cumulative chord length.
+
+    Attributes:
+        spline: of the three coordinates.
+    """
 
     spline: CubicSpline
 
@@ -62,151 +60,19 @@ class NaturalSpline:
         return self.spline(np.asarray(parameter, dtype=np.float64))
 
     def derivative(self, parameter: ArrayLike) -> Array:
-        """First derivative by the parameter, shape (..., 3)."""
+        """First derivative with respect to the parameter, shape (..., 3)."""
         return self.spline(np.asarray(parameter, dtype=np.float64), 1)
 
 
 def interpolate(points: ArrayLike) -> NaturalSpline:
-    """Lay the natural cubic spline through points, parameter = cumulative chord length.
+    """Interpolate points by the natural cubic spline over the cumulative chord length.
 
     Args:
         points: shape (n, 3), n >= 2.
 
     Raises:
-        InputError: not finite, too few or repeated points.
+        InputError: points that are not finite, too few, or repeated.
     """
     array = as_points(points)
     chords = np.linalg.norm(np.diff(array, axis=0), axis=1)
     return NaturalSpline(CubicSpline(np.concatenate([[0.0], np.cumsum(chords)]), array, bc_type="natural"))
-
-
-def _read_text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise InputError("not a text file", file=path, expected="UTF-8 text") from None
-    except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror})", file=path) from None
-
-
-def read_csv(path: str | Path) -> Array:
-    """Read the points of a CSV centreline: lines `x,y,z` below that header; `#` begins a comment.
-
-    Args:
-        path: file; first point = loading end, last = free end.
-
-    Returns:
-        Points to interpolate, shape (n, 3), in the file's units.
-
-    Raises:
-        InputError: the file cannot be read, a line is not three finite numbers, or points are too few or repeated.
-    """
-    path = Path(path)
-    rows: list[list[float]] = []
-    header_seen = False
-    for number, line in enumerate(_read_text(path).splitlines(), start=1):
-        cells = [cell.strip() for cell in line.split("#", 1)[0].split(",")]
-        if cells == [""]:
-            continue
-        if not header_seen:
-            if [cell.lower() for cell in cells] != ["x", "y", "z"]:
-                raise InputError(f"line {number} is not the header", file=path, found=line.strip(), expected="x,y,z")
-            header_seen = True
-            continue
-        try:
-            x, y, z = (float(cell) for cell in cells)
-        except ValueError:
-            problem = f"line {number} is not a point"
-            raise InputError(problem, file=path, found=line.strip(), expected="three numbers x,y,z") from None
-        rows.append([x, y, z])
-    return as_points(np.array(rows, dtype=np.float64).reshape(-1, 3), fewest=FEWEST_POINTS, file=path)
-
-
-def read_nurbs(path: str | Path) -> Nurbs:
-    """Read a NURBS curve from a JSON or TOML file.
-
-    Keys: `points`, a list of [x, y, z, weight] (weight may be left out for 1); then either `degree` and `knots`, or
-    Blender's `order_u` with `use_endpoint_u` and `use_bezier_u` (both false when absent); `name` is free.
-
-    Args:
-        path: file ending in .json or .toml.
-
-    Raises:
-        InputError: the file cannot be read, a key is unknown, missing or wrong, or the curve is cyclic.
-    """
-    path = Path(path)
-    text = _read_text(path)
-    try:
-        data: Any = tomllib.loads(text) if path.suffix.lower() == ".toml" else json.loads(text)
-    except (tomllib.TOMLDecodeError, json.JSONDecodeError) as error:
-        raise InputError(f"broken {path.suffix[1:].upper()}: {error}", file=path) from None
-    if not isinstance(data, dict):
-        raise InputError("not a NURBS curve", file=path, found=type(data).__name__, expected="keys and values")
-    if unknown := sorted(set(data) - NURBS_KEYS):
-        raise InputError("unknown key", file=path, key=unknown[0], expected=f"one of {', '.join(sorted(NURBS_KEYS))}")
-    if _flag(data, "use_cyclic_u", path):
-        raise InputError("the curve is closed; a rod has two ends", file=path, key="use_cyclic_u", expected="false")
-    homogeneous = _control_points(data, path)
-    if ("order_u" in data) == ("degree" in data):
-        raise InputError("the curve needs either order_u or degree", file=path, expected="one of the two")
-    if "degree" in data:
-        degree = _integer(data, "degree", path)
-        if "knots" not in data:
-            raise InputError("knots are missing", file=path, key="knots", expected="a list of numbers")
-        try:
-            knots = np.array(data["knots"], dtype=np.float64).reshape(-1)
-        except (TypeError, ValueError):
-            raise InputError("not a list of numbers", file=path, key="knots", found=data["knots"]) from None
-    else:
-        order = _integer(data, "order_u", path)
-        degree = order - 1
-        flags = {"endpoint": _flag(data, "use_endpoint_u", path), "bezier": _flag(data, "use_bezier_u", path)}
-        knots = blender_knots(len(homogeneous), order, **flags) if order >= 2 else np.zeros(0)
-    try:
-        return Nurbs(degree, homogeneous[:, :3], homogeneous[:, 3], knots)
-    except InputError as error:
-        raise InputError(error.problem, file=path, found=error.found, expected=error.expected) from None
-
-
-def _control_points(data: dict[str, Any], path: Path) -> Array:
-    expected = "a list of [x, y, z] or [x, y, z, weight]"
-    try:
-        points = np.array(data["points"], dtype=np.float64)
-    except (KeyError, TypeError, ValueError):
-        raise InputError("no control points", file=path, key="points", expected=expected) from None
-    if points.ndim != 2 or points.shape[1] not in (3, 4):
-        raise InputError("control points have the wrong shape", file=path, key="points", expected=expected)
-    return np.column_stack([points, np.ones(len(points))])[:, :4]
-
-
-def _integer(data: dict[str, Any], key: str, path: Path) -> int:
-    value = data[key]
-    if isinstance(value, bool) or not isinstance(value, int):
-        raise InputError("not a whole number", file=path, key=key, found=value)
-    return value
-
-
-def _flag(data: dict[str, Any], key: str, path: Path) -> bool:
-    value = data.get(key, False)
-    if not isinstance(value, bool):
-        raise InputError("not a flag", file=path, key=key, found=value, expected="true or false")
-    return value
-
-
-def read_centerline(path: str | Path) -> Curve:
-    """Read a centreline: `.csv` points to interpolate, `.json` or `.toml` NURBS.
-
-    Args:
-        path: file.
-
-    Raises:
-        InputError: another suffix, or whatever `read_csv` and `read_nurbs` refuse.
-    """
-    suffix = Path(path).suffix.lower()
-    if suffix == ".csv":
-        return interpolate(read_csv(path))
-    if suffix in (".json", ".toml"):
-        return read_nurbs(path)
-    raise InputError(
-        "unknown kind of centreline file", file=path, found=suffix or "no suffix", expected=".csv, .json or .toml"
-    )

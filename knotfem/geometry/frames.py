@@ -1,4 +1,8 @@
-"""Tangents, rotation-minimising frames, twist and writhe of a polyline."""
+"""Tangents, orthonormal frames and twist of a polyline.
+
+A frame is an array of shape (3, 3) with the orthonormal rows d1, d2 and t: two directors in the cross-section and the
+tangent, d2 = t x d1.
+"""
 
 from __future__ import annotations
 
@@ -9,13 +13,21 @@ from numpy.typing import ArrayLike
 
 from knotfem.compiled import kernel
 from knotfem.errors import InputError
-from knotfem.geometry.points import Array, as_points, unit
+from knotfem.geometry.points import as_points
+from knotfem.geometry.rotation import cross
+from knotfem.geometry.vectors import perpendicular, unit, unit_edges
+from knotfem.types import Array
+
+FOLD = 1e-9
+"""Two successive edges whose unit vectors have a sum shorter than this fold back onto each other."""
 
 
 def tangents(points: ArrayLike) -> Array:
-    """Unit tangents at the nodes: bisecting the edges inside, mirrored across the edge at both ends.
+    """Unit tangents at the vertices of a polyline.
 
-    Exact for equal chords of a circle.
+    At an inner vertex the tangent bisects the directions of the two edges. At an end it is the mirror image of the
+    neighbouring tangent in the plane perpendicular to the last edge at its midpoint. Both are exact for equal chords of
+    a circle.
 
     Args:
         points: shape (n, 3).
@@ -27,12 +39,11 @@ def tangents(points: ArrayLike) -> Array:
         InputError: points that `as_points` refuses, or two edges that fold back onto each other.
     """
     x = as_points(points)
-    edge = np.diff(x, axis=0)
-    edge /= np.linalg.norm(edge, axis=1)[:, None]
+    edge = unit_edges(x)
     t = np.empty_like(x)
     t[1:-1] = edge[1:] + edge[:-1]
     length = np.linalg.norm(t[1:-1], axis=1)
-    if (length < 1e-9).any():
+    if (length < FOLD).any():
         raise InputError(f"the polyline folds back at point {int(np.argmin(length)) + 2}")
     t[1:-1] /= length[:, None]
     if len(x) == 2:
@@ -43,26 +54,51 @@ def tangents(points: ArrayLike) -> Array:
     return t
 
 
+def material_frames(tangents: ArrayLike, directors: ArrayLike) -> Array:
+    """Orthonormal frames from tangents and one director of each cross-section.
+
+    Args:
+        tangents: unit vectors, shape (n, 3).
+        directors: projected onto the plane perpendicular to the tangent and scaled to length 1, shape (n, 3).
+
+    Returns:
+        Rows d1, d2, t, shape (n, 3, 3).
+
+    Raises:
+        InputError: a director along its tangent.
+    """
+    t, d = np.asarray(tangents, dtype=np.float64), np.asarray(directors, dtype=np.float64)
+    across = d - np.einsum("ij,ij->i", d, t)[:, None] * t
+    length = np.linalg.norm(across, axis=1)
+    along = np.flatnonzero(~(length > 1e-9 * np.linalg.norm(d, axis=1)))
+    if along.size:
+        raise InputError(f"director {along[0] + 1} lies along the tangent", found=d[along[0]].tolist())
+    d1 = across / length[:, None]
+    return np.stack([d1, np.cross(t, d1), t], axis=1)
+
+
 def rotation_minimising_frame(points: ArrayLike, start: ArrayLike | None = None) -> Array:
-    """Frames without twist along a polyline, by double reflection.
+    """Frames without twist at the vertices of a polyline, by double reflection.
 
     Source: Wang, Juettler, Zheng and Liu, ACM Trans. Graph. 27, 2 (2008); fourth order in the spacing.
 
     Args:
         points: shape (n, 3).
-        start: direction of d1 at the first node, projected onto its section, shape (3,). Given, the frames turn with
-            the points under a rigid motion. None takes the coordinate axis most across the first tangent (e_x for a rod
-            along e_z).
+        start: direction of d1 at the first vertex, projected onto the cross-section there, shape (3,). If it is given,
+            a rigid motion of points and start moves the frames likewise. None takes the coordinate axis that makes the
+            largest angle with the first tangent (e_x for a rod along e_z).
 
     Returns:
-        Shape (n, 3, 3), rows d1, d2, t at each node, right-handed.
+        Rows d1, d2, t at each vertex, shape (n, 3, 3).
 
     Raises:
         InputError: points that `tangents` refuses, or a start along the tangent.
     """
     x = as_points(points)
     t = tangents(x)
-    seed = unit(start) if start is not None else np.eye(3)[int(np.argmin(np.abs(t[0]).round(9)))]
+    if start is None:
+        return _double_reflection(x, t, perpendicular(t[0]))
+    seed = unit(start)
     across = seed - (seed @ t[0]) * t[0]
     if np.linalg.norm(across) < 1e-9:
         raise InputError("the frame's first direction lies along the rod", found=seed.tolist())
@@ -70,8 +106,8 @@ def rotation_minimising_frame(points: ArrayLike, start: ArrayLike | None = None)
 
 
 @kernel
-def _carry(d: Array, chord: Array, t: Array, t_next: Array) -> Array:
-    """Double reflection of d: first across the chord, then so that the tangents match."""
+def _reflect_twice(d: Array, chord: Array, t: Array, t_next: Array) -> Array:
+    """Carry d from a vertex to the next, chord apart: reflect it along the chord, then so that the tangents agree."""
     c = 2.0 / np.dot(chord, chord)
     half = d - c * np.dot(chord, d) * chord
     w = t_next - (t - c * np.dot(chord, t) * chord)
@@ -88,15 +124,15 @@ def _double_reflection(x: Array, t: Array, start: Array) -> Array:
     d = start.copy()
     for i in range(len(x)):
         if i > 0:
-            d = _carry(d, x[i] - x[i - 1], t[i - 1], t[i])
+            d = _reflect_twice(d, x[i] - x[i - 1], t[i - 1], t[i])
         frames[i, 0] = d
-        frames[i, 1] = np.cross(t[i], d)
+        cross(t[i], d, frames[i, 1])
         frames[i, 2] = t[i]
     return frames
 
 
-def turn_frames(frames: ArrayLike, angles: ArrayLike) -> Array:
-    """Turn each frame about its own tangent.
+def rotate_frames(frames: ArrayLike, angles: ArrayLike) -> Array:
+    """Rotate each frame about its own tangent.
 
     Args:
         frames: rows d1, d2, t, shape (n, 3, 3).
@@ -112,12 +148,12 @@ def turn_frames(frames: ArrayLike, angles: ArrayLike) -> Array:
 
 
 def twist_of(frames: ArrayLike, points: ArrayLike | None = None) -> Array:
-    """Twist from each frame to the next: the angle of d1 left over after carrying it along without twist.
+    """Twist from each frame to the next: the angle from d1, carried along without twist, to the next d1.
 
     Args:
         frames: rows d1, d2, t, shape (n, 3, 3).
-        points: of the nodes, shape (n, 3). Given, d1 is carried by double reflection, so that a rotation-minimising
-            frame has no twist at all; None carries it by the smallest rotation that aligns the tangents.
+        points: vertices, shape (n, 3). If they are given, d1 is carried by double reflection, and a rotation-minimising
+            frame has no twist at all. None carries it by the smallest rotation that aligns the tangents.
 
     Returns:
         rad, positive from d1 to d2, in (-pi, pi], shape (n - 1,).
@@ -137,48 +173,6 @@ def twist_of(frames: ArrayLike, points: ArrayLike | None = None) -> Array:
 def _twist(f: Array, chord: Array) -> Array:
     twist = np.empty(len(chord))
     for i in range(len(chord)):
-        d = _carry(f[i, 0], chord[i], f[i, 2], f[i + 1, 2])
+        d = _reflect_twice(f[i, 0], chord[i], f[i, 2], f[i + 1, 2])
         twist[i] = math.atan2(-np.dot(d, f[i + 1, 1]), np.dot(d, f[i + 1, 0]))
     return twist
-
-
-def writhe(points: ArrayLike) -> float:
-    """Writhe of an open polyline: Gauss's double integral, exact for straight edges.
-
-    Each pair of edges adds the signed solid angle of the parallelogram of directions from one edge to the other.
-
-    Args:
-        points: shape (n, 3). Repeat the first point at the end for a closed polygon.
-
-    Returns:
-        Positive for a right-handed helix.
-    """
-    return float(_writhe(as_points(points)))
-
-
-@kernel
-def _writhe(x: Array) -> float:
-    total = 0.0
-    for i in range(len(x) - 1):
-        for j in range(i + 2, len(x) - 1):
-            total += _triangle(x, i, j, i, j + 1, i + 1, j + 1) + _triangle(x, i, j, i + 1, j + 1, i + 1, j)
-    return total / (2.0 * math.pi)
-
-
-@kernel
-def _triangle(x: Array, a0: int, a1: int, b0: int, b1: int, c0: int, c1: int) -> float:
-    """Signed solid angle of the triangle of directions x[.1] - x[.0] (Van Oosterom and Strackee 1983)."""
-    ax, ay, az = x[a1, 0] - x[a0, 0], x[a1, 1] - x[a0, 1], x[a1, 2] - x[a0, 2]
-    bx, by, bz = x[b1, 0] - x[b0, 0], x[b1, 1] - x[b0, 1], x[b1, 2] - x[b0, 2]
-    cx, cy, cz = x[c1, 0] - x[c0, 0], x[c1, 1] - x[c0, 1], x[c1, 2] - x[c0, 2]
-    a = math.sqrt(ax * ax + ay * ay + az * az)
-    b = math.sqrt(bx * bx + by * by + bz * bz)
-    c = math.sqrt(cx * cx + cy * cy + cz * cz)
-    volume = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
-    base = (
-        a * b * c
-        + (ax * bx + ay * by + az * bz) * c
-        + (bx * cx + by * cy + bz * cz) * a
-        + (cx * ax + cy * ay + cz * az) * b
-    )
-    return -2.0 * math.atan2(volume, base)

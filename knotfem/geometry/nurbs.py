@@ -1,4 +1,4 @@
-"""NURBS curves as Blender's curve objects hold them."""
+"""Non-uniform rational B-spline (NURBS) curves, with the knots that Blender gives them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import BSpline
 
 from knotfem.errors import InputError
-from knotfem.geometry.points import Array
+from knotfem.types import Array
 
 
 @dataclass(frozen=True)
@@ -18,10 +18,13 @@ class Nurbs:
     """A non-uniform rational B-spline curve.
 
     Attributes:
-        degree: polynomial degree, Blender's order minus one.
+        degree: of the polynomials, the order minus one.
         points: control points, shape (n, 3).
-        weights: positive, shape (n,).
+        weights: of the control points, positive, shape (n,).
         knots: non-decreasing, shape (n + degree + 1,).
+
+    Raises:
+        InputError: any of these is out of range, of the wrong shape or not finite.
     """
 
     degree: int
@@ -58,7 +61,7 @@ class Nurbs:
 
     @property
     def spans(self) -> Array:
-        """Parameters between which the curve is one rational piece, shape (spans + 1,)."""
+        """Parameters that bound the rational pieces of the curve, shape (pieces + 1,)."""
         return np.unique(np.clip(self.knots, *self.domain))
 
     def __call__(self, parameter: ArrayLike) -> Array:
@@ -67,7 +70,7 @@ class Nurbs:
         return value[..., :3] / value[..., 3:]
 
     def derivative(self, parameter: ArrayLike) -> Array:
-        """First derivative by the parameter, shape (..., 3)."""
+        """First derivative with respect to the parameter, shape (..., 3)."""
         t = np.asarray(parameter, dtype=np.float64)
         value, slope = self._homogeneous(t), self._homogeneous(t, 1)
         return (slope[..., :3] - value[..., :3] / value[..., 3:] * slope[..., 3:]) / value[..., 3:]
@@ -80,7 +83,7 @@ def blender_knots(count: int, order: int, *, endpoint: bool, bezier: bool) -> Ar
         count: number of control points.
         order: Blender's `order_u`, degree + 1.
         endpoint: the curve begins and ends at its first and last control points.
-        bezier: inner knots are repeated order - 1 times, so that the curve is a chain of Bezier arcs.
+        bezier: inner knots are repeated order - 1 times, so that the curve is a sequence of Bezier arcs.
 
     Returns:
         Shape (count + order,).

@@ -1,33 +1,33 @@
-"""Polylines: the one place that says what a list of points must be."""
+"""Polylines as arrays of points, checked in one place."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from knotfem.errors import InputError
-
-Array = NDArray[np.float64]
+from knotfem.types import Array
 
 FEWEST_POINTS = 4
-"""A space curve with curvature and torsion needs four points; fewer are taken for a mistake."""
+"""Smallest number of points of a centreline: a space curve with curvature and torsion needs four."""
 
 
 def as_points(points: ArrayLike, *, fewest: int = 2, file: str | Path | None = None) -> Array:
-    """Return the points as contiguous floats after checking them.
+    """Return the points of a polyline as a contiguous array of floats after checking them.
 
     Args:
         points: shape (n, 3).
-        fewest: smallest n accepted.
+        fewest: smallest n that is accepted.
         file: named in the message of an error.
 
     Returns:
         Shape (n, 3).
 
     Raises:
-        InputError: wrong shape, a number that is not finite, too few points, or a point repeated in direct succession.
+        InputError: wrong shape, a number that is not finite, too few points, or two successive points closer than 1e-12
+            of the extent.
     """
     array = np.ascontiguousarray(points, dtype=np.float64)
     if array.ndim != 2 or array.shape[1] != 3:
@@ -44,16 +44,3 @@ def as_points(points: ArrayLike, *, fewest: int = 2, file: str | Path | None = N
         i = int(repeated[0])
         raise InputError(f"points {i + 1} and {i + 2} are the same", file=file, found=array[i].tolist())
     return array
-
-
-def unit(vector: ArrayLike) -> Array:
-    """Return the vector, shape (3,), at length 1.
-
-    Raises:
-        InputError: its length is zero or not finite.
-    """
-    array = np.asarray(vector, dtype=np.float64)
-    length = float(np.linalg.norm(array)) if array.shape == (3,) else 0.0
-    if not (np.isfinite(length) and length > 0.0):
-        raise InputError("not a direction", found=array.tolist(), expected="three finite numbers, not all zero")
-    return array / length

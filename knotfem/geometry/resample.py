@@ -1,4 +1,4 @@
-"""Vertices on a curve with all chords equal."""
+"""Points on a smooth curve at equal arclengths or with equal chords."""
 
 from __future__ import annotations
 
@@ -10,18 +10,21 @@ from scipy.linalg import solve_banded
 
 from knotfem.errors import InputError
 from knotfem.geometry.curve import Curve
-from knotfem.geometry.points import Array
+from knotfem.types import Array
 
 TOLERANCE = 1e-9
+"""Largest relative difference of the chords."""
+
 MOST_ITERATIONS = 60
+"""Of Newton's method."""
 
 
 class EqualChords(NamedTuple):
     """Vertices on a scaled curve.
 
     Attributes:
-        points: shape (edges + 1, 3), in the units of the length asked for.
-        scale: factor about the origin that was applied to the curve.
+        points: shape (edges + 1, 3), in the units of the length that was asked for.
+        scale: factor by which the curve was scaled about the origin.
         parameters: of the vertices on the curve, shape (edges + 1,).
     """
 
@@ -31,7 +34,18 @@ class EqualChords(NamedTuple):
 
 
 def arc_parameters(curve: Curve, count: int) -> Array:
-    """Parameters of `count` points at equal arclengths along the curve, shape (count,)."""
+    """Parameters of points at equal arclengths along a curve.
+
+    The arclength is integrated by eight-point Gauss quadrature over at least eight pieces per point, and inverted by
+    linear interpolation.
+
+    Args:
+        curve: any smooth curve.
+        count: number of points, the two ends included.
+
+    Returns:
+        Shape (count,).
+    """
     knots = curve.spans
     gauss, weights = np.polynomial.legendre.leggauss(8)
     pieces = max(2, -(-8 * count // (len(knots) - 1)))
@@ -48,18 +62,18 @@ def arc_parameters(curve: Curve, count: int) -> Array:
 def equal_chords(curve: Curve, edges: int, length: float | None = None) -> EqualChords:
     """Put edges + 1 vertices on the curve, first and last on its ends, all chords equal to a relative 1e-9.
 
-    Equal arcs would not do: where the curve bends, their chords are shorter, and a core of trusses would begin
-    strained. Newton's method on the parameters t_1 .. t_(edges-1) and the common chord c of |x(t_(i+1)) - x(t_i)| = c,
-    started from equal arcs.
+    Points at equal arclengths have shorter chords where the curve is bent, which would strain a core of truss elements.
+    The equations |x(t_(i+1)) - x(t_i)| = c are solved for the parameters t_1 .. t_(edges-1) and the common chord c by
+    Newton's method, starting from equal arclengths. A step is shortened where it would reverse the order of two points.
 
     Args:
         curve: any smooth curve.
         edges: number of chords, at least 1.
-        length: sum of the chords wanted, mm; the curve is scaled about the origin to have it. None keeps the scale 1.
+        length: sum of the chords, mm, to which the curve is scaled about the origin; None leaves it as it is.
 
     Raises:
-        InputError: edges or length out of range, or a curve that folds back within a chord, so that no equal
-            chords exist.
+        InputError: edges or length out of range, or a curve that turns so sharply within one chord that the iteration
+            finds no equal chords.
     """
     if edges < 1:
         raise InputError("too few edges", found=edges, expected="at least 1")
@@ -91,7 +105,20 @@ def equal_chords(curve: Curve, edges: int, length: float | None = None) -> Equal
 
 
 def _newton_step(direction: Array, residual: Array, slope: Array) -> Array:
-    """Solve ahead_i dt_(i+1) + behind_i dt_i - dc = -residual_i, dt = 0 at both ends, for dt, shape (edges + 1,)."""
+    """Newton step dt of the parameters, zero at both ends, shape (edges + 1,).
+
+    With u_i the direction of chord i and x' the derivative of the curve, it solves
+
+        u_i . x'(t_(i+1)) dt_(i+1) - u_i . x'(t_i) dt_i - dc = -residual_i
+
+    by forward substitution, once for the residual and once for a unit change of the common chord; the change dc then
+    follows from dt = 0 at the last point.
+
+    Args:
+        direction: u, shape (edges, 3).
+        residual: chord minus mean chord, shape (edges,).
+        slope: x' at the points, shape (edges + 1, 3).
+    """
     ahead = np.einsum("ij,ij->i", direction, slope[1:])
     behind = -np.einsum("ij,ij->i", direction, slope[:-1])
     bands = np.vstack([ahead, np.append(behind[1:], 0.0)])

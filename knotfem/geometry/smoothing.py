@@ -7,18 +7,19 @@ import math
 from numpy.typing import ArrayLike
 
 from knotfem.errors import InputError
-from knotfem.geometry.points import Array, as_points
+from knotfem.geometry.points import as_points
+from knotfem.types import Array
 
 
 def laplacian(points: ArrayLike, gamma: float = 0.1, iterations: int = 1000) -> Array:
-    """Smooth by x_i <- x_i - gamma [x_i - (x_(i-1) + x_(i+1)) / 2], all nodes at once, both ends fixed.
+    """Smooth a polyline by x_i <- x_i - gamma [x_i - (x_(i-1) + x_(i+1))/2], all points at once, both ends fixed.
 
-    Source: Aymon et al., Extreme Mech. Lett. 81, 102413 (2025), appendix, uniform Laplacian smoothing.
+    Source: Aymon et al., Extreme Mech. Lett. 81, 102413 (2025), Eq. (A.1).
 
     Args:
         points: shape (n, 3).
-        gamma: strength of one pass, 0 <= gamma <= 1 (beyond 1 the shortest wave grows).
-        iterations: number of passes; 0 changes nothing.
+        gamma: strength of one iteration, 0 <= gamma <= 1; with more the shortest wave would grow.
+        iterations: number of iterations; 0 changes nothing.
 
     Returns:
         Shape (n, 3), a new array.
@@ -38,12 +39,12 @@ def laplacian(points: ArrayLike, gamma: float = 0.1, iterations: int = 1000) -> 
 
 
 def gaussian_width(gamma: float, iterations: int, spacing: float) -> float:
-    """Standard deviation of the Gaussian that the smoothing amounts to: spacing sqrt(gamma iterations).
+    """Standard deviation of the Gaussian filter along the arc that the smoothing amounts to: spacing sqrt(gamma N).
 
     Args:
-        gamma: strength of one pass.
-        iterations: number of passes.
-        spacing: distance of neighbouring vertices, mm.
+        gamma: strength of one iteration.
+        iterations: their number N.
+        spacing: distance between neighbouring points, mm.
 
     Returns:
         mm.

@@ -1,4 +1,4 @@
-"""What a centreline must be before a rod can be tied along it."""
+"""Checks that a rod of given diameter can take the shape of a centreline."""
 
 from __future__ import annotations
 
@@ -11,41 +11,41 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotfem.errors import InputError
-from knotfem.geometry.measures import (
+from knotfem.geometry.clearance import (
     NEIGHBOUR_RADII,
     Clearance,
-    arclength,
-    curvature,
     cylinder_clearance,
     rod_clearance,
     strand_clearance,
-    turning_angles,
 )
-from knotfem.geometry.points import FEWEST_POINTS, Array, as_points
-from knotfem.topology.knot_type import knot_type
+from knotfem.geometry.measures import arclength, curvature, turning_angles
+from knotfem.geometry.points import FEWEST_POINTS, as_points
+from knotfem.types import Array
 
 LARGEST_CURVATURE = 1.6
-"""Curvature x diameter. At 2 the inner fibre has no length left, 1.18 has been tied; 1.6 leaves it a fifth."""
+"""Largest product of curvature and diameter. At 2 the innermost fibre of the bend is shortened to nothing, at 1.6 to a
+fifth of its length; knots with 1.18 have been tied."""
 
 LARGEST_TURN = 0.85
-"""Angle between neighbouring edges [rad]: there an edge is 3 % shorter than its arc, and the mapping begins to fail."""
+"""Largest angle between successive edges [rad]. An edge is then 3 % shorter than the arc it stands for, and the mapping
+begins to fail."""
 
 CLOSE = 1.05
-"""Strands closer than this, in diameters, after smoothing are worth a warning."""
+"""Distance between strands after smoothing, in diameters, below which a warning is given."""
 
 TOUCHING = 1e-6
-"""Overlap, in diameters, that still counts as touching."""
+"""Largest overlap, in diameters, that still counts as touching."""
 
 DEEPEST = 0.9
-"""Distance of two rods' centrelines, in diameters, down to which they may begin pressed together."""
+"""Smallest distance between the centrelines of two rods in the initial configuration, in mean diameters."""
 
 
 class Cylinder(NamedTuple):
-    """An endless rigid cylinder.
+    """A rigid cylinder of infinite length.
 
     Attributes:
-        point: on its axis, mm.
-        axis: direction.
+        point: any point of its axis, mm.
+        axis: its direction, of any length.
         diameter: mm.
     """
 
@@ -54,7 +54,7 @@ class Cylinder(NamedTuple):
     diameter: float
 
 
-def check_centerline(
+def check_centreline(
     points: ArrayLike,
     diameter: float,
     *,
@@ -62,23 +62,24 @@ def check_centerline(
     unsmoothed: ArrayLike | None = None,
     file: str | Path | None = None,
 ) -> list[str]:
-    """Refuse a centreline along which no rod can lie; return what deserves a warning.
+    """Refuse a centreline that no rod of this diameter can take; return warnings for doubtful ones.
 
     Args:
-        points: vertices after smoothing, scaling and resampling, several a diameter, shape (n, 3), mm.
+        points: vertices after smoothing, scaling and resampling, several per diameter, shape (n, 3), mm.
         diameter: of the rod, mm.
         obstacles: that the rod must not overlap.
-        unsmoothed: vertices before smoothing, scaled to the same length, shape (m, 3), mm. Given, an overlap that only
-            the smoothing has made is a warning; an overlap in the curve as drawn stays an error.
+        unsmoothed: vertices before smoothing, scaled to the same length, shape (m, 3), mm. If they are given, the rod
+            must not overlap itself along these; an overlap that only the smoothing has caused gives a warning. Whether
+            the smoothing has changed the knot is checked by `knotfem.topology.knot_type.check_smoothing`.
         file: named in the messages.
 
     Returns:
         Warnings, usually none.
 
     Raises:
-        InputError: not finite, too few or repeated points; closed; bent more sharply than curvature x diameter = 1.6;
-            turning by more than 0.85 rad from edge to edge; crossing itself or overlapping at the rod's diameter; a
-            knot changed by the smoothing; inside an obstacle.
+        InputError: points that are not finite, too few or repeated; a closed curve; curvature x diameter above 1.6; an
+            angle above 0.85 rad between successive edges; a rod of this diameter that crosses or overlaps itself; an
+            overlap with an obstacle.
     """
     if not (np.isfinite(diameter) and diameter > 0.0):
         raise InputError("rod diameter is not positive", file=file, found=diameter, expected="above 0 mm")
@@ -90,19 +91,22 @@ def check_centerline(
     _check_turns(x, file)
     for number, obstacle in enumerate(obstacles, start=1):
         _check_obstacle(x, diameter, obstacle, number, file)
-    return [] if unsmoothed is None else _smoothing_warnings(drawn, x, diameter, file)
+    return [] if unsmoothed is None else _smoothing_warnings(drawn, x, diameter)
 
 
 def check_apart(lines: Sequence[Array], diameters: Sequence[float], names: Sequence[str]) -> list[str]:
-    """Refuse rods that overlap each other by more than a tenth of their mean diameter; a warning for less.
+    """Refuse rods that overlap each other by more than a tenth of their mean diameter; warn of smaller overlaps.
 
     Args:
-        lines: centrelines, shapes (n, 3), mm.
+        lines: centrelines, each of shape (n, 3), mm.
         diameters: of the rods, mm.
         names: of the rods, for the messages.
 
+    Returns:
+        Warnings, one for each pair of rods that overlap.
+
     Raises:
-        InputError: two rods overlap by more.
+        InputError: two rods overlap by more than a tenth of their mean diameter.
     """
     warnings = []
     for i, j in combinations(range(len(lines)), 2):
@@ -111,10 +115,10 @@ def check_apart(lines: Sequence[Array], diameters: Sequence[float], names: Seque
         if closest.distance >= (1.0 - TOUCHING) * touching:
             continue
         ends = (lines[i], closest.i, names[i]), (lines[j], closest.j, names[j])
-        places = " and ".join(f"s/L = {_share(line, edge)} of {name}" for line, edge, name in ends)
+        places = " and ".join(f"s/L = {_fraction(line, edge)} of {name}" for line, edge, name in ends)
         if closest.distance < DEEPEST * touching:
             problem = f"the rod overlaps {names[i]}: {places} (distance of centrelines)"
-            expected = f"at least {touching:.4g} mm ({DEEPEST * touching:.4g} mm where they begin pressed together)"
+            expected = f"at least {touching:.4g} mm ({DEEPEST * touching:.4g} mm for rods pressed together)"
             raise InputError(problem, key=f"rods.{j}", found=f"{closest.distance:.4g} mm", expected=expected)
         warnings.append(f"{names[j]} and {names[i]} overlap by {touching - closest.distance:.3g} mm: {places}")
     return warnings
@@ -131,7 +135,7 @@ def _check_curvature(x: Array, diameter: float, file: str | Path | None) -> None
     sharpness = curvature(x) * diameter
     i = int(np.argmax(sharpness))
     if sharpness[i] > LARGEST_CURVATURE:
-        problem = f"the curve bends too sharply to be meshed at s/L = {_share(x, i)} (curvature x diameter)"
+        problem = f"the curve bends too sharply to be meshed at s/L = {_fraction(x, i)} (curvature x diameter)"
         raise InputError(problem, file=file, found=f"{sharpness[i]:.3g}", expected=f"at most {LARGEST_CURVATURE}")
 
 
@@ -139,7 +143,7 @@ def _check_turns(x: Array, file: str | Path | None) -> None:
     turns = turning_angles(x)
     i = int(np.argmax(turns)) + 1
     if turns[i - 1] > LARGEST_TURN:
-        problem = f"edges are too long to follow the curve at s/L = {_share(x, i)} (angle between two of them)"
+        problem = f"edges are too long to follow the curve at s/L = {_fraction(x, i)} (angle between two of them)"
         expected = f"at most {LARGEST_TURN} rad; take shorter elements or smooth the curve"
         raise InputError(problem, file=file, found=f"{turns[i - 1]:.3g} rad", expected=expected)
 
@@ -157,11 +161,11 @@ def _check_strands(x: Array, diameter: float, file: str | Path | None) -> None:
 
 
 def _places(x: Array, closest: Clearance) -> str:
-    return f"{_share(x, closest.i)} and {_share(x, closest.j)}"
+    return f"{_fraction(x, closest.i)} and {_fraction(x, closest.j)}"
 
 
-def _share(x: Array, i: int) -> str:
-    """Share of the arclength at a vertex."""
+def _fraction(x: Array, i: int) -> str:
+    """Arclength at a vertex as a fraction of the length, for a message."""
     arc = arclength(x)
     return f"{arc[i] / arc[-1]:.3f}"
 
@@ -174,12 +178,7 @@ def _check_obstacle(x: Array, diameter: float, obstacle: Cylinder, number: int, 
         raise InputError(problem, file=file, found=f"{gap:.4g} mm", expected="0 mm or more")
 
 
-def _smoothing_warnings(drawn: Array, x: Array, diameter: float, file: str | Path | None) -> list[str]:
-    was, now = knot_type(drawn), knot_type(x)
-    if was.jones != now.jones:
-        raise InputError(
-            "smoothing has changed the knot; take fewer iterations", file=file, found=now, expected=str(was)
-        )
+def _smoothing_warnings(drawn: Array, x: Array, diameter: float) -> list[str]:
     before, after = strand_clearance(drawn, diameter), strand_clearance(x, diameter)
     if after.distance >= CLOSE * diameter or after.distance >= before.distance:
         return []

@@ -9,11 +9,13 @@ import numpy as np
 
 from knotfem import shipped
 from knotfem.geometry import validate
-from knotfem.geometry.curve import interpolate, read_centerline
+from knotfem.geometry.curve import interpolate
+from knotfem.geometry.readers import read_centreline
 from knotfem.geometry.resample import equal_chords
 from knotfem.geometry.smoothing import laplacian
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import CURVE_SUFFIXES, Rod
+from knotfem.topology.knot_type import check_smoothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,8 +47,8 @@ def centreline_of(rod: Rod, slices: int, scene: Scene) -> Centreline:
     Raises:
         InputError: no rod can lie along it.
     """
-    path = rod.centerline if Path(rod.centerline).suffix in CURVE_SUFFIXES else shipped.centerline_path(rod.centerline)
-    curve = read_centerline(path)
+    path = rod.centerline if Path(rod.centerline).suffix in CURVE_SUFFIXES else shipped.centreline_path(rod.centerline)
+    curve = read_centreline(path)
     raw = None
     if rod.smoothing.iterations > 0:
         drawn = equal_chords(curve, slices, rod.length)
@@ -58,13 +60,15 @@ def centreline_of(rod: Rod, slices: int, scene: Scene) -> Centreline:
         for o in scene.obstacles
         if scene.contact.enabled
     ]
-    warnings = validate.check_centerline(
+    warnings = validate.check_centreline(
         points,
         rod.diameter,
         obstacles=obstacles,
         unsmoothed=None if raw is None else place(raw, rod),
         file=rod.centerline,
     )
+    if raw is not None:
+        check_smoothing(place(raw, rod), points, rod.centerline)
     return Centreline(points, tuple(warnings))
 
 

@@ -79,7 +79,7 @@ def zoomed(camera: Camera, target: FloatArray, radius: float) -> Camera:
 
     Args:
         camera: view.
-        target: points in mm, shape (m, 3); see `surface.close_strands`.
+        target: points in mm, shape (m, 3); see `knotfem.geometry.clearance.close_strands`.
         radius: of the rod in mm.
     """
     corners = np.array([[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]]) * radius

@@ -97,27 +97,6 @@ def on_nodes(hexes: IntArray, values: FloatArray, nodes: int) -> FloatArray:
     return total / np.maximum(np.bincount(hexes.ravel(), minlength=nodes), 1)
 
 
-def close_strands(centreline: FloatArray, diameter: float, reach: float = 2.5) -> NDArray[np.bool_]:
-    """Which points of a centreline have another strand near: the knot itself, without the tails.
-
-    Args:
-        centreline: points in mm, shape (n, 3).
-        diameter: of the rod in mm.
-        reach: distance between axes that counts as near, in diameters.
-
-    Returns:
-        Mask of shape (n,). Points less than pi `reach` diameters apart along the curve do not count as two strands.
-    """
-    from scipy.spatial import KDTree
-
-    arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(centreline, axis=0), axis=1))])
-    pairs = KDTree(centreline).query_pairs(reach * diameter, output_type="ndarray")
-    pairs = pairs[np.abs(arc[pairs[:, 0]] - arc[pairs[:, 1]]) > np.pi * reach * diameter]
-    near = np.zeros(len(centreline), dtype=bool)
-    near[pairs.ravel()] = True
-    return near
-
-
 def _fan(columns: int, start: int) -> IntArray:
     edge = start + np.arange(columns)
     return np.column_stack([edge, np.roll(edge, -1), *[np.full(columns, start + columns)] * 2])

@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from knotfem.errors import InputError
+from knotfem.geometry.clearance import close_strands
 from knotfem.results.curves import Curve
 from knotfem.results.profile import stored_states
 
@@ -179,8 +180,6 @@ def profiles_apart(profiles: Profiles, first: Profiles) -> float | None:
 
 def knot_length(curve: Curve, profiles: Profiles) -> float | None:
     """Arclength from the first to the last place where one rod runs close to itself [mm]; None for several rods."""
-    from knotfem.plot.surface import close_strands
-
     rod, *others = curve.run.scene.rods
     profile = profiles.get(rod.name, {})
     if others or "x_mm" not in profile:

@@ -116,7 +116,7 @@ class RodMesh(Table):
 
 def _known_curve(curve: str) -> str:
     if Path(curve).suffix not in CURVE_SUFFIXES:
-        known_name(curve, shipped.centerline_names(), "shipped centreline", at="")
+        known_name(curve, shipped.centreline_names(), "shipped centreline", at="")
     elif not Path(curve).is_file():
         raise refusal("no such file", expected="a CSV, JSON or TOML file, or a shipped name")
     return curve

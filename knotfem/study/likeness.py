@@ -40,7 +40,7 @@ def frictions_of(scene: Scene) -> tuple[float, float]:
 
 
 def _meets_itself(scene: Scene) -> bool:
-    from knotfem.geometry.measures import strand_clearance
+    from knotfem.geometry.clearance import strand_clearance
     from knotfem.models.centreline import centreline_of
 
     (rod,) = scene.rods

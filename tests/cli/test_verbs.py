@@ -62,7 +62,7 @@ def calls(stand_in: Callable[..., None], tmp_path: Path, monkeypatch: pytest.Mon
 
 def test_scenes() -> None:
     text = call("scenes").stdout
-    assert all(name in text for name in [*shipped.scene_names(), *shipped.centerline_names()])
+    assert all(name in text for name in [*shipped.scene_names(), *shipped.centreline_names()])
     assert call("scenes", "--quiet").stdout.split() == shipped.scene_names()
     assert "bowline" in json.loads(call("scenes", "--log-format", "json").stdout)["scenes"]
     assert call("scenes", "--quiet", "--set", "rods.1.length=40 mm").stdout.split() == [

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from knotfem.geometry.curve import read_nurbs
+from knotfem.geometry.readers import read_nurbs
 
 SCRIPT = Path(__file__).parents[2] / "docs" / "blender_export.py"
 

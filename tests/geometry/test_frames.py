@@ -6,7 +6,13 @@ import pytest
 from numpy.typing import NDArray
 
 from knotfem.errors import InputError
-from knotfem.geometry.frames import rotation_minimising_frame, tangents, turn_frames, twist_of, writhe
+from knotfem.geometry.frames import (
+    material_frames,
+    rotate_frames,
+    rotation_minimising_frame,
+    tangents,
+    twist_of,
+)
 
 Array = NDArray[np.float64]
 
@@ -82,7 +88,7 @@ def test_twist_put_in_is_read_back(shipped: Callable[[str], Array]) -> None:
     x = shipped("surgeon")
     frames = rotation_minimising_frame(x)
     angles = np.cumsum(np.random.default_rng(0).normal(scale=0.1, size=len(x)))
-    turned = turn_frames(frames, angles)
+    turned = rotate_frames(frames, angles)
     assert twist_of(turned, x) == pytest.approx(np.diff(angles), abs=1e-10)
     assert twist_of(turned) == pytest.approx(np.diff(angles), abs=1e-3)
     assert turned[:, 2] == pytest.approx(frames[:, 2])
@@ -90,9 +96,21 @@ def test_twist_put_in_is_read_back(shipped: Callable[[str], Array]) -> None:
 
 def test_quarter_turn_takes_d1_to_d2() -> None:
     frames = rotation_minimising_frame(arc(5, 1.0))
-    turned = turn_frames(frames, 0.5 * np.pi)
+    turned = rotate_frames(frames, 0.5 * np.pi)
     assert turned[:, 0] == pytest.approx(frames[:, 1])
     assert turned[:, 1] == pytest.approx(-frames[:, 0])
+
+
+def test_material_frames_project_the_directors(shipped: Callable[[str], Array]) -> None:
+    x = shipped("surgeon")
+    frames = rotation_minimising_frame(x)
+    slanted = 3.0 * frames[:, 0] + np.linspace(-5.0, 5.0, len(x))[:, None] * frames[:, 2]
+    assert material_frames(frames[:, 2], slanted) == pytest.approx(frames, abs=1e-12)
+
+
+def test_material_frames_refuse_a_director_along_the_tangent() -> None:
+    with pytest.raises(InputError, match="director 2 lies along the tangent"):
+        material_frames([[0, 0, 1], [0, 0, 1]], [[1, 0, 0], [0, 0, -2]])
 
 
 def test_twist_refuses_other_points() -> None:
@@ -100,43 +118,9 @@ def test_twist_refuses_other_points() -> None:
         twist_of(rotation_minimising_frame(arc(5, 1.0)), arc(6, 1.0))
 
 
-@pytest.mark.parametrize("hand", [1, -1])
-def test_writhe_of_a_long_helix(hand: int) -> None:
-    turns, radius, pitch = 40.0, 1.0, 4.0
-    slope = np.cos(np.arctan(2 * np.pi * radius / pitch))
-    expected = hand * turns * (1.0 - slope)
-    assert writhe(helix(801, turns, radius, pitch, hand)) == pytest.approx(expected, rel=0.03)
-
-
-def test_writhe_of_a_plane_curve_is_zero() -> None:
-    assert writhe(arc(40, 5.0)) == pytest.approx(0.0, abs=1e-12)
-
-
-def test_writhe_is_a_property_of_shape(
-    random_curve: Callable[..., Array], rigid: Callable[[int], tuple[Array, Array]]
-) -> None:
-    x, (rotation, shift) = random_curve(3), rigid(1)
-    value = writhe(x)
-    assert writhe(3.0 * x @ rotation.T + shift) == pytest.approx(value)
-    assert writhe(x * [1, 1, -1]) == pytest.approx(-value)
-    assert writhe(x[::-1]) == pytest.approx(value)
-
-
-def test_twist_and_writhe_of_a_closed_curve_make_a_whole_number(random_curve: Callable[..., Array]) -> None:
-    s = np.linspace(0.0, 2.0 * np.pi, 2001)
-    x = np.column_stack([np.cos(2 * s) * (3 + np.cos(3 * s)), np.sin(2 * s) * (3 + np.cos(3 * s)), np.sin(3 * s)])
-    around = np.vstack([x[-3:-1], x, x[1:3]])
-    frames = rotation_minimising_frame(around)[2:-2]
-    holonomy = np.arctan2(frames[-1, 0] @ frames[0, 1], frames[-1, 0] @ frames[0, 0])
-    gap = -holonomy / (2 * np.pi) + writhe(x)
-    assert gap == pytest.approx(round(gap), abs=2e-3)
-
-
 def test_is_fast(shipped: Callable[[str], Array]) -> None:
     x = shipped("bowline")
     rotation_minimising_frame(x)
-    writhe(x)
     begin = time.perf_counter()
     rotation_minimising_frame(x)
-    writhe(x)
     assert time.perf_counter() - begin < 0.2

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from knotfem.errors import InputError
-from knotfem.geometry.points import as_points, unit
+from knotfem.geometry.points import as_points
 
 
 def test_returns_the_points() -> None:
@@ -24,13 +24,3 @@ def test_returns_the_points() -> None:
 def test_refuses(points: list, message: str) -> None:
     with pytest.raises(InputError, match=message):
         as_points(points)
-
-
-def test_unit_has_length_one() -> None:
-    assert unit([0.0, 3.0, 4.0]) == pytest.approx([0.0, 0.6, 0.8])
-
-
-@pytest.mark.parametrize("vector", [[0, 0, 0], [1, 0], [np.nan, 0, 0]])
-def test_unit_refuses_what_has_no_direction(vector: list) -> None:
-    with pytest.raises(InputError, match="not a direction"):
-        unit(vector)

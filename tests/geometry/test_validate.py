@@ -9,7 +9,7 @@ from knotfem.errors import InputError
 from knotfem.geometry.curve import interpolate
 from knotfem.geometry.resample import equal_chords
 from knotfem.geometry.smoothing import laplacian
-from knotfem.geometry.validate import LARGEST_CURVATURE, LARGEST_TURN, Cylinder, check_apart, check_centerline
+from knotfem.geometry.validate import LARGEST_CURVATURE, LARGEST_TURN, Cylinder, check_apart, check_centreline
 
 Array = NDArray[np.float64]
 POST = Cylinder((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 20.0)
@@ -35,17 +35,17 @@ def circle_arc(radius: float, angle: float, nodes: int = 200) -> Array:
     ],
 )
 def test_shipped_knots_pass(shipped: Callable[[str], Array], name: str) -> None:
-    assert check_centerline(shipped(name), 1.0) == []
+    assert check_centreline(shipped(name), 1.0) == []
 
 
 @pytest.mark.parametrize("name", ["bowline", "clove_hitch", "two_half_hitches", "capstan_half", "capstan", "capstan_3"])
 def test_shipped_hitches_pass(shipped: Callable[[str], Array], name: str) -> None:
-    assert check_centerline(shipped(name), 6.0, obstacles=[POST]) == []
+    assert check_centreline(shipped(name), 6.0, obstacles=[POST]) == []
 
 
 def refusal(points: object, diameter: float = 1.0, **options: object) -> str:
     with pytest.raises(InputError) as caught:
-        check_centerline(points, diameter, **options)  # type: ignore[arg-type]
+        check_centreline(points, diameter, **options)  # type: ignore[arg-type]
     message = str(caught.value)
     assert "\n" not in message
     return message
@@ -62,14 +62,14 @@ def test_refuses_points_that_are_none() -> None:
 def test_refuses_a_closed_curve() -> None:
     assert "the curve is closed" in refusal(circle_arc(5.0, 2 * np.pi))
     assert "the curve is closed" in refusal(circle_arc(5.0, 2 * np.pi - 0.15))
-    assert check_centerline(circle_arc(5.0, 2 * np.pi - 0.25), 1.0) == []
+    assert check_centreline(circle_arc(5.0, 2 * np.pi - 0.25), 1.0) == []
 
 
 @pytest.mark.parametrize(("sharpness", "legal"), [(LARGEST_CURVATURE - 0.01, True), (LARGEST_CURVATURE + 0.01, False)])
 def test_curvature_limit(sharpness: float, legal: bool) -> None:
     bend = circle_arc(1.0 / sharpness, 0.6 * np.pi, 61)
     if legal:
-        assert check_centerline(bend, 1.0) == []
+        assert check_centreline(bend, 1.0) == []
     else:
         assert "bends too sharply to be meshed at s/L = " in refusal(bend)
 
@@ -78,14 +78,14 @@ def test_curvature_limit(sharpness: float, legal: bool) -> None:
 def test_limit_of_the_turn_from_edge_to_edge(turn: float, legal: bool) -> None:
     bend = circle_arc(1.0, 4.0 * turn, 5)
     if legal:
-        assert check_centerline(bend, 0.5) == []
+        assert check_centreline(bend, 0.5) == []
     else:
         assert "edges are too long to follow the curve at s/L = " in refusal(bend, 0.5)
 
 
 def test_refuses_a_rod_that_overlaps_or_crosses_itself(shipped: Callable[[str], Array]) -> None:
     x = shipped("overhand")
-    assert check_centerline(x, 1.6) == []
+    assert check_centreline(x, 1.6) == []
     assert "the rod overlaps itself at s/L = 0." in refusal(x, 1.7)
     a = np.linspace(-0.6 * np.pi, 1.2 * np.pi, 300)
     crossing = 10.0 * np.column_stack([np.sin(2 * a), np.sin(a), 0 * a])
@@ -104,7 +104,7 @@ def test_refuses_what_runs_into_an_obstacle(shipped: Callable[[str], Array]) -> 
 
 def test_touching_is_legal() -> None:
     x = np.column_stack([np.full(30, 13.0), np.zeros(30), np.linspace(-50, 50, 30)])
-    assert check_centerline(x, 6.0, obstacles=[POST]) == []
+    assert check_centreline(x, 6.0, obstacles=[POST]) == []
 
 
 def test_file_is_named() -> None:
@@ -117,19 +117,19 @@ def smoothed(x: Array, gamma: float, iterations: int, length: float) -> Array:
 
 def test_smoothing_that_leaves_room_is_silent(shipped: Callable[[str], Array]) -> None:
     x = shipped("bowline")
-    assert check_centerline(smoothed(x, 0.1, 1000, 600.0), 6.0, unsmoothed=x, obstacles=[]) == []
+    assert check_centreline(smoothed(x, 0.1, 1000, 600.0), 6.0, unsmoothed=x, obstacles=[]) == []
 
 
 def test_smoothing_that_brings_strands_close_is_a_warning(shipped: Callable[[str], Array]) -> None:
     x = equal_chords(interpolate(shipped("granny")), 600, 600.0).points
-    (warning,) = check_centerline(smoothed(x, 0.1, 1000, 600.0), 600.0 / 124.0, unsmoothed=x)
+    (warning,) = check_centreline(smoothed(x, 0.1, 1000, 600.0), 600.0 / 124.0, unsmoothed=x)
     assert warning.startswith("smoothing has brought strands from 1.68 to 1.01 diameters apart at s/L = 0.")
     assert "overlap" not in warning
 
 
 def test_an_overlap_that_smoothing_has_made_is_a_warning(shipped: Callable[[str], Array]) -> None:
     x = equal_chords(interpolate(shipped("surgeon")), 600, 600.0).points
-    (warning,) = check_centerline(smoothed(x, 0.1, 1000, 600.0), 600.0 / 152.0, unsmoothed=x)
+    (warning,) = check_centreline(smoothed(x, 0.1, 1000, 600.0), 600.0 / 152.0, unsmoothed=x)
     assert warning.startswith("smoothing has brought strands from 1.67 to 0.")
     assert warning.endswith("; they overlap")
 
@@ -137,14 +137,6 @@ def test_an_overlap_that_smoothing_has_made_is_a_warning(shipped: Callable[[str]
 def test_an_overlap_as_drawn_is_an_error_smoothed_or_not(shipped: Callable[[str], Array]) -> None:
     x = shipped("granny")
     assert "overlaps itself" in refusal(smoothed(x, 0.1, 10, 124.0), 1.8, unsmoothed=x)
-
-
-def test_smoothing_away_the_knot_is_an_error(shipped: Callable[[str], Array]) -> None:
-    x = shipped("overhand")
-    gone = smoothed(x, 1.0, 60_000, 80.0)
-    assert "smoothing has changed the knot; take fewer iterations; found unknot; expected 3_1" in refusal(
-        gone, 1.0, unsmoothed=x
-    )
 
 
 def test_rods_must_not_overlap_each_other():

@@ -3,7 +3,7 @@ import pytest
 
 from knotfem.mesh.rod import RodMesh, extrude
 from knotfem.mesh.section import read_section
-from knotfem.plot.surface import Surface, boundary, close_strands, on_nodes, smooth_tube
+from knotfem.plot.surface import Surface, boundary, on_nodes, smooth_tube
 
 
 @pytest.fixture(scope="module")
@@ -65,14 +65,3 @@ def test_cell_values_are_averaged_to_nodes(rod):
     np.testing.assert_allclose(nodal[rod.section_nodes[4]], 3.5)
     np.testing.assert_allclose(nodal[rod.section_nodes[0]], 0.0)
     assert nodal[-1] == 0.0
-
-
-def test_close_strands_are_the_crossing_of_a_loop_without_its_tails():
-    s = np.linspace(-1, 1, 401)[:, None]
-    straight = np.hstack([100 * s, 0 * s, 0 * s])
-    assert not close_strands(straight, 6.0).any()
-    t = np.linspace(-3, 3, 601)
-    loop = 20 * np.column_stack([t**3 - 3 * t, t**2, 0.2 * t])
-    near = loop[close_strands(loop, 6.0)]
-    assert len(near) > 4
-    assert np.linalg.norm(near[:, :2] - [0.0, 60.0], axis=1).max() < 20

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from reduced import BENDING, RADIUS, contact, spec
 
-from knotfem.geometry.curve import read_centerline
+from knotfem.geometry.readers import read_centreline
 from knotfem.geometry.resample import equal_chords
 from knotfem.models.rod.ends import End, clamped, driven
 from knotfem.models.rod.model import RodModel
 from knotfem.models.rod.spec import CylinderSpec
-from knotfem.shipped import centerline_path
+from knotfem.shipped import centreline_path
 from knotfem.solver.stepping.integrator import StepControl
 from knotfem.topology.knot_type import knot_type
 
@@ -17,7 +17,7 @@ UP = np.array([0.0, 0.0, 1.0])
 
 
 def bowline(friction: float, cylinder: float, gravity: float) -> RodModel:
-    points = equal_chords(read_centerline(centerline_path("bowline")), 300, 600.0).points
+    points = equal_chords(read_centreline(centreline_path("bowline")), 300, 600.0).points
     peg = CylinderSpec(np.zeros(3), np.array([0.0, 1.0, 0.0]), 10.0, cylinder)
     model = RodModel([spec(points)], contact(friction), [peg], gravity=-gravity * UP, drag=20.0)
     model.begin({(0, side): clamped(model.end_frame(0, side)) for side in ("start", "end")})

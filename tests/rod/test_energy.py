@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from reduced import RADIUS, contact, line, spec, still
 
-from knotfem.geometry.curve import read_centerline
+from knotfem.geometry.readers import read_centreline
 from knotfem.geometry.resample import equal_chords
 from knotfem.models.rod.ends import End, clamped, driven, pinned
 from knotfem.models.rod.model import RodModel
-from knotfem.shipped import centerline_path
+from knotfem.shipped import centreline_path
 from knotfem.solver.schemes import hht
 from knotfem.solver.stepping.integrator import StepControl
 from knotfem.topology.knot_type import knot_type
@@ -43,7 +43,7 @@ def test_work_of_a_driven_end_is_stored():
 
 def knot() -> RodModel:
     """A loose overhand knot between two pinned ends."""
-    points = equal_chords(read_centerline(centerline_path("overhand")), 100, 480.0).points
+    points = equal_chords(read_centreline(centreline_path("overhand")), 100, 480.0).points
     model = RodModel([spec(points)], contact(0.3), gravity=GRAVITY, drag=20.0)
     model.begin({(0, side): pinned(model.end_frame(0, side)) for side in ("start", "end")})
     return model

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from knotfem.errors import InputError
-from knotfem.geometry.frames import rotation_minimising_frame, turn_frames
+from knotfem.geometry.frames import rotate_frames, rotation_minimising_frame
 from knotfem.models.centreline import centreline_of
 from knotfem.models.rod.build import rod_spec
 from knotfem.models.rod.ends import clamped
@@ -39,7 +39,7 @@ def tied(tmp_path_factory: pytest.TempPathFactory) -> RunDirectory:
     run = RunDirectory.create(scene, tmp_path_factory.mktemp("lay") / "solid")
     rod = scene.rods[0]
     mesh, points = mesh_of(rod), centreline_of(rod, rod.slices, scene).points
-    frames = turn_frames(rotation_minimising_frame(points), TURN * np.linspace(0.0, 1.0, rod.slices + 1) ** 2)
+    frames = rotate_frames(rotation_minimising_frame(points), TURN * np.linspace(0.0, 1.0, rod.slices + 1) ** 2)
     x = np.empty((len(mesh.nodes), 3))
     x[mesh.section_nodes] = swept_state(points, frames, mesh.nodes[mesh.section_nodes[0], :2], 0.0)
     run.checkpoints.save({"progress": {"motion": {"x": x}}}, {}, name=TIED)

@@ -109,7 +109,7 @@ def test_an_override_makes_a_table(scene_file: Path) -> None:
 def test_curve_files_are_found_from_the_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "curves").mkdir()
     curve = tmp_path / "curves" / "mine.csv"
-    curve.write_bytes(shipped.centerline_path("overhand").read_bytes())
+    curve.write_bytes(shipped.centreline_path("overhand").read_bytes())
     scene_file = tmp_path / "scene.toml"
     scene_file.write_text(MINIMAL.replace('"overhand"', '"curves/mine.csv"'))
     monkeypatch.chdir("/")

@@ -18,13 +18,13 @@ from knotfem.contact.curve_contact import hertz_line_stiffness
 from knotfem.contact.penalty import Penalty
 from knotfem.contact.tube_contact import Contact
 from knotfem.contact.tube_friction import Friction
-from knotfem.geometry.curve import read_centerline
 from knotfem.geometry.frames import rotation_minimising_frame
+from knotfem.geometry.readers import read_centreline
 from knotfem.geometry.resample import equal_chords
 from knotfem.models.rod.ends import pinned
 from knotfem.models.rod.model import RodModel
 from knotfem.models.rod.spec import ContactSpec, RodSpec
-from knotfem.shipped import centerline_path
+from knotfem.shipped import centreline_path
 from knotfem.solver.constraints import Prescribed, driven, held
 from knotfem.solver.nonlinear.newton import NewtonSettings
 from knotfem.solver.schemes import Scheme
@@ -46,7 +46,7 @@ X_AXIS = np.array([1.0, 0.0, 0.0])
 
 def near_equilibrium(length: float, slices: int) -> np.ndarray:
     """Centreline of the reduced model's frictionless knot between pinned ends, shape [slices + 1, 3]."""
-    points = equal_chords(read_centerline(centerline_path("overhand")), slices, length).points
+    points = equal_chords(read_centreline(centreline_path("overhand")), slices, length).points
     axial, mass = CORE + YOUNGS * np.pi * RADIUS**2, DENSITY * np.pi * RADIUS**2
     rod = RodSpec(points, RADIUS, BENDING, BENDING / 1.5, axial, mass)
     contact = ContactSpec(hertz_line_stiffness(YOUNGS, 0.5), 0.0, ramp=RADIUS / 30.0, sample_spacing=RADIUS / 4.0)

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from knotfem.errors import InputError, KnotLost, NotConverged, Stopped
-from knotfem.geometry.measures import strand_clearance
+from knotfem.geometry.clearance import strand_clearance
 from knotfem.models.solid.body import build_body
 from knotfem.run import driver
 from knotfem.run.directory import RunDirectory

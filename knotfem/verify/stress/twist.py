@@ -7,7 +7,8 @@ from functools import partial
 
 import numpy as np
 
-from knotfem.geometry.frames import tangents, twist_of, writhe
+from knotfem.geometry.frames import tangents, twist_of
+from knotfem.geometry.writhe import writhe
 from knotfem.models.solid.body import RodBody
 from knotfem.scene import Scene
 from knotfem.scene.steps import Turned

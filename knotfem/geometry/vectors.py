@@ -1,0 +1,69 @@
+"""Directions and angles of vectors in NumPy."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from knotfem.errors import InputError
+from knotfem.types import Array
+
+
+def unit(vector: ArrayLike) -> Array:
+    """Return the vector, shape (3,), scaled to length 1.
+
+    Raises:
+        InputError: its length is zero or not finite.
+    """
+    array = np.asarray(vector, dtype=np.float64)
+    length = float(np.linalg.norm(array)) if array.shape == (3,) else 0.0
+    if not (np.isfinite(length) and length > 0.0):
+        raise InputError("not a direction", found=array.tolist(), expected="three finite numbers, not all zero")
+    return array / length
+
+
+def unit_edges(points: Array) -> Array:
+    """Unit vectors along the edges of a polyline.
+
+    Args:
+        points: vertices, shape (n + 1, 3), no two neighbours the same.
+
+    Returns:
+        Shape (n, 3).
+    """
+    edges = np.diff(points, axis=0)
+    return edges / np.linalg.norm(edges, axis=1)[:, None]
+
+
+def perpendicular(direction: Array) -> Array:
+    """One of the unit vectors perpendicular to a direction.
+
+    It is the coordinate axis that makes the largest angle with the direction, made perpendicular to it: e_x for a
+    direction along e_z. Axes whose components differ by less than 1e-9 count as equal, and the first of them is taken,
+    so that rounding does not decide.
+
+    Args:
+        direction: unit vector, shape (3,).
+
+    Returns:
+        Shape (3,).
+    """
+    axis = np.eye(3)[int(np.argmin(np.abs(direction).round(9)))]
+    across = axis - (axis @ direction) * direction
+    return across / np.linalg.norm(across)
+
+
+def angles_between(first: Array, second: Array) -> Array:
+    """Angles between pairs of unit vectors, accurate for nearly equal and nearly opposite ones alike.
+
+    angle = 2 atan2(|a - b|, |a + b|).
+    Source: Kahan, "How futile are mindless assessments of roundoff in floating-point computation?" (2006).
+
+    Args:
+        first: shape (..., 3).
+        second: shape (..., 3).
+
+    Returns:
+        rad, between 0 and pi, shape (...).
+    """
+    return 2.0 * np.arctan2(np.linalg.norm(first - second, axis=-1), np.linalg.norm(first + second, axis=-1))
