@@ -11,11 +11,10 @@ import numpy as np
 from knotfem.errors import KnotLost
 from knotfem.geometry.frames import tangents
 from knotfem.models.base import Simulation
-from knotfem.topology.closure import linking_number
 from knotfem.topology.diagram import crossing_signature
-from knotfem.topology.interpenetration import passed_through
+from knotfem.topology.interpenetration import first_interpenetration
 from knotfem.topology.knot_type import knot_type
-from knotfem.topology.linking import lacing
+from knotfem.topology.linking import link_type, linking_number
 
 
 @dataclass(frozen=True)
@@ -67,8 +66,8 @@ class KnotWatch:
         laced: dict[str, dict[str, tuple[str, ...]]] = {rod: {} for rod in rods}
         for i, j in combinations(range(len(rods)), 2):
             ways = ((self.ends[i], self.ends[j]), (self.outward[i], self.outward[j]))
-            links = [lacing((lines[i], lines[j]), ends) for ends in ways]
-            found = tuple(str(link.jones) if link.laced else "" for link in links)
+            links = [link_type((lines[i], lines[j]), ends) for ends in ways]
+            found = tuple(str(link.jones) if link.linked else "" for link in links)
             laced[rods[i]][rods[j]] = laced[rods[j]][rods[i]] = found
         result = {}
         for rod, points, ends in zip(rods, lines, self.ends, strict=True):
@@ -92,7 +91,8 @@ class KnotWatch:
 
     def check_passage(self, before: np.ndarray, after: np.ndarray, time: float) -> None:
         """Raise KnotLost where a strand passed through another from one accepted state to the next."""
-        found = passed_through(self.model.centrelines(before), self.model.centrelines(after), self.model.diameter)
+        lines = self.model.centrelines(before), self.model.centrelines(after)
+        found = first_interpenetration(*lines, self.model.diameter)
         if found is None:
             return
         rods = [self.model.rods[i] for i in found.rods]

@@ -1,4 +1,7 @@
-"""Closing an open rod far away, so that its knot type is defined, and counting its turns round an axis."""
+"""Closure of an open curve by an arc far away, which makes its knot type well defined.
+
+Only a closed curve has a knot type in the strict sense; that of an open curve depends on how its ends are continued.
+"""
 
 from __future__ import annotations
 
@@ -9,13 +12,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotfem.errors import InputError
-from knotfem.geometry.points import Array, as_points, unit
+from knotfem.geometry.points import as_points
+from knotfem.geometry.vectors import perpendicular, unit
+from knotfem.types import Array
 
 EndDirection = Literal["tangent", "outward"] | ArrayLike
-"""Where an end goes on: along its outward tangent, away from the middle of the rod, or along a vector of shape (3,)."""
+"""How an end is continued: straight along its outward tangent, straight away from the centre of the far sphere, or
+along a vector of shape (3,)."""
 
 FAR = 10.0
-"""Radius of the sphere on which the ends are joined, over the radius of the rod's own bounding ball."""
+"""Radius of the sphere on which the ends are joined, relative to the radius of a ball that contains the curve."""
 
 
 def close(
@@ -23,21 +29,21 @@ def close(
     ends: tuple[EndDirection, EndDirection] = ("tangent", "tangent"),
     sphere: tuple[Array, float] | None = None,
 ) -> Array:
-    """Close an open polyline: each end goes straight on to a far sphere, and the two are joined along a great circle.
+    """Close an open polyline: continue both ends straight to a far sphere and join them there along a great circle.
 
-    The joining arc lies outside everything else, so the knot depends on the two directions only. Where an open end lies
-    inside a loop (the tail of a bowline), different directions give different knots.
+    The joining arc lies outside the curve, so the knot depends on the directions of the two ends only. If an end lies
+    inside a loop, as the tail of a bowline does, different directions may give different knots.
 
     Args:
-        points: shape (n, 3), first = loading end.
-        ends: directions of the first and the last end.
-        sphere: centre, shape (3,), and radius of the far sphere; None for one round the rod's own middle.
+        points: shape (n, 3), beginning with the loading end.
+        ends: how the first and the last end are continued.
+        sphere: centre, shape (3,), and radius of the far sphere; None takes one about the middle of the bounding box.
 
     Returns:
-        Closed polygon without repetition of its first point, shape (n + m, 3).
+        Closed polygon, its first point not repeated, shape (n + m, 3).
 
     Raises:
-        InputError: points that `as_points` refuses, or a direction that is none.
+        InputError: points that `as_points` refuses, or an unknown or zero direction.
     """
     x = as_points(points)
     if sphere is None:
@@ -62,48 +68,15 @@ def _far_end(end: Array, tangent: Array, wanted: EndDirection, centre: Array, ra
 
 
 def _great_circle(start: Array, stop: Array) -> Array:
-    """Points on the shorter great circle from start to stop, both included, at most 45 degrees apart."""
+    """Points on the shorter great-circle arc from start to stop, both included, at most 45 degrees apart."""
     radius = float(np.linalg.norm(start))
     a, b = start / radius, stop / radius
     across = b - (b @ a) * a
     length = float(np.linalg.norm(across))
     angle = math.atan2(length, float(a @ b))
     if length < 1e-12:
-        across = np.cross(a, np.eye(3)[int(np.argmin(np.abs(a)))])
-        length = float(np.linalg.norm(across))
+        across, length = np.cross(a, perpendicular(a)), 1.0
     pieces = max(1, math.ceil(angle / (0.25 * math.pi)))
     steps = np.linspace(0.0, angle, pieces + 1)[:, None]
     arc = np.asarray(np.cos(steps) * a + np.sin(steps) * across / length, dtype=np.float64) * radius
     return arc if angle > 1e-9 else arc[:1]
-
-
-def winding_angle(points: ArrayLike, point: ArrayLike, axis: ArrayLike) -> float:
-    """Angle by which a polyline turns about an axis, right-handed.
-
-    Args:
-        points: shape (n, 3).
-        point: any point of the axis, shape (3,).
-        axis: its direction, shape (3,).
-
-    Returns:
-        rad; 2 pi for one full turn.
-    """
-    along = unit(axis)
-    across = as_points(points) - np.asarray(point, dtype=np.float64)
-    across = across - np.outer(across @ along, along)
-    sine = np.cross(across[:-1], across[1:]) @ along
-    return float(np.arctan2(sine, (across[:-1] * across[1:]).sum(axis=1)).sum())
-
-
-def linking_number(points: ArrayLike, point: ArrayLike, axis: ArrayLike) -> int:
-    """Linking number of a rod with an endless straight axis: whole turns about it.
-
-    Both ends are taken straight away from the axis, far out, and joined there by the shorter way round it, which adds
-    what is missing to the nearest whole number of turns. Looking along the axis, clockwise counts positive.
-
-    Args:
-        points: shape (n, 3).
-        point: any point of the axis, shape (3,).
-        axis: its direction, shape (3,).
-    """
-    return round(winding_angle(points, point, axis) / (2.0 * math.pi))

@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from knotfem.compiled import kernel
-from knotfem.geometry.points import Array, as_points, unit
+from knotfem.geometry.points import as_points
+from knotfem.geometry.vectors import unit
+from knotfem.types import Array
 
 FRONT = (0.0, -1.0, 0.0)
 """Direction from the knot to a viewer at -y."""

@@ -1,4 +1,4 @@
-"""Whether a strand has passed through another between two states of a simulation."""
+"""Interpenetration of strands between two states of a simulation, which would change the knot."""
 
 from __future__ import annotations
 
@@ -11,21 +11,24 @@ from numpy.typing import ArrayLike, NDArray
 
 from knotfem.compiled import kernel
 from knotfem.errors import InputError
-from knotfem.geometry.measures import NEIGHBOUR_RADII, arclength
-from knotfem.geometry.points import Array, as_points
+from knotfem.geometry.clearance import NEIGHBOUR_RADII
+from knotfem.geometry.measures import arclength
+from knotfem.geometry.points import as_points
 from knotfem.geometry.segments import boxes_apart, segment_distance
+from knotfem.types import Array
 
-MEETING = 0.05
-"""Two centrelines closer than this, in diameters, have met: strands in contact keep theirs about one diameter apart."""
+CROSSING = 0.05
+"""Distance between two centrelines, in diameters, below which they count as crossing each other. For strands in contact
+it is about one diameter."""
 
 
-class Passage(NamedTuple):
-    """A meeting of two centrelines on the way from one state to the next.
+class Interpenetration(NamedTuple):
+    """A crossing of two centrelines on the way from one state to the next.
 
     Attributes:
-        rods: number of either rod.
-        edges: of either rod, from its node i to i + 1.
-        time: between 0 (before) and 1 (after).
+        rods: indices of the two rods, which may be the same.
+        edges: of each of them, from node i to i + 1.
+        time: at which it happens, from 0 (before) to 1 (after).
     """
 
     rods: tuple[int, int]
@@ -33,23 +36,24 @@ class Passage(NamedTuple):
     time: float
 
 
-def passed_through(
+def first_interpenetration(
     before: ArrayLike | Sequence[ArrayLike], after: ArrayLike | Sequence[ArrayLike], diameter: float
-) -> Passage | None:
-    """Find the first passage of one strand through another while every node moves straight from one state to the next.
+) -> Interpenetration | None:
+    """Find the first crossing of two centrelines while every node moves on a straight line from one state to the next.
 
-    Two strands that are at least c apart in both states cannot be reported wrongly as long as one moves relative to the
-    other by less than 2 sqrt(c^2 - (diameter / 20)^2), because their distance on a straight way falls to
-    sqrt(c^2 - motion^2 / 4) at most: with contact (c about one diameter), each may move by almost a diameter a step.
-    Pairs of one rod closer along the arc than 3.2 radii are neighbours and left out.
+    A pair of strands whose distance is at least c in both states is not reported falsely if one moves relative to the
+    other by less than 2 sqrt(c^2 - (diameter/20)^2), because the distance of two points that move on straight lines
+    does not fall below sqrt(c^2 - motion^2/4). With contact, c is about one diameter, and each strand may move by
+    almost a diameter per step. Pairs of edges of one rod with less than 3.2 radii of arclength between them are left
+    out.
 
     Args:
-        before: nodes of the rod, shape (n, 3), or a list of such for several rods, mm.
-        after: the same nodes afterwards.
-        diameter: of the rods (the smallest), mm.
+        before: nodes of a rod, shape (n, 3), or a list of such arrays for several rods, mm.
+        after: the same nodes in the later state.
+        diameter: of the thinnest rod, mm.
 
     Returns:
-        None when all is well.
+        None if no strand passes through another.
 
     Raises:
         InputError: the states do not have the same rods and nodes, or are not finite.
@@ -62,12 +66,12 @@ def passed_through(
     edges = np.concatenate([np.arange(a, b - 1) for a, b in pairwise(node)])
     rod = np.repeat(np.arange(len(first)), [len(x) - 1 for x in first])
     arc = np.concatenate([arclength(x) for x in first])
-    neighbour, meeting = 0.5 * NEIGHBOUR_RADII * diameter, MEETING * diameter
-    time, i, j = _first_meeting(np.concatenate(first), np.concatenate(second), edges, rod, arc, neighbour, meeting)
+    neighbour, crossing = 0.5 * NEIGHBOUR_RADII * diameter, CROSSING * diameter
+    time, i, j = _first_crossing(np.concatenate(first), np.concatenate(second), edges, rod, arc, neighbour, crossing)
     if i < 0:
         return None
     rods = int(rod[i]), int(rod[j])
-    return Passage(rods, (int(edges[i] - node[rods[0]]), int(edges[j] - node[rods[1]])), float(time))
+    return Interpenetration(rods, (int(edges[i] - node[rods[0]]), int(edges[j] - node[rods[1]])), float(time))
 
 
 def _rods(state: ArrayLike | Sequence[ArrayLike]) -> list[Array]:
@@ -76,14 +80,14 @@ def _rods(state: ArrayLike | Sequence[ArrayLike]) -> list[Array]:
 
 
 @kernel
-def _first_meeting(
+def _first_crossing(
     x: Array,
     y: Array,
     edges: NDArray[np.int64],
     rod: NDArray[np.int64],
     arc: Array,
     neighbour: float,
-    meeting: float,
+    crossing: float,
 ) -> tuple[float, int, int]:
     low, high = np.empty((len(edges), 3)), np.empty((len(edges), 3))
     for i in range(len(edges)):
@@ -96,19 +100,20 @@ def _first_meeting(
         for j in range(i + 1, len(edges)):
             if rod[i] == rod[j] and arc[edges[j]] - arc[edges[i] + 1] < neighbour:
                 continue
-            if boxes_apart(low[i], high[i], low[j], high[j], meeting):
+            if boxes_apart(low[i], high[i], low[j], high[j], crossing):
                 continue
-            time = _meeting_time(x, y, edges[i], edges[j], meeting)
+            time = _crossing_time(x, y, edges[i], edges[j], crossing)
             if time < first:
                 first, first_i, first_j = time, i, j
     return first, first_i, first_j
 
 
 @kernel
-def _meeting_time(x: Array, y: Array, i: int, j: int, meeting: float) -> float:
-    """Time at which two moving edges come within a distance; 2 if they do not.
+def _crossing_time(x: Array, y: Array, i: int, j: int, crossing: float) -> float:
+    """Time at which two moving edges come closer than a distance; 2 if they do not (conservative advancement).
 
-    Advances by distance over the largest relative speed, which can neither overshoot nor, stopping at `meeting`, stall.
+    Each advance in time is the distance over the largest relative speed of the end points, so that none goes past a
+    contact; as each is at least crossing/speed, the number of advances is bounded.
     """
     speed = 0.0
     for a in (i, i + 1):
@@ -123,7 +128,7 @@ def _meeting_time(x: Array, y: Array, i: int, j: int, meeting: float) -> float:
             x[j] + time * (y[j] - x[j]),
             x[j + 1] + time * (y[j + 1] - x[j + 1]),
         )
-        if distance < meeting:
+        if distance < crossing:
             return time
         if speed == 0.0:
             return 2.0

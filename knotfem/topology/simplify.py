@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotfem.compiled import kernel
-from knotfem.geometry.points import Array
+from knotfem.types import Array
 
 SHAKE = 1e-7
 """Random shift of the vertices over the extent of the polygons: it takes them out of special position."""

@@ -1,11 +1,9 @@
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from knotfem.errors import InputError
-from knotfem.topology.closure import FAR, close, linking_number, winding_angle
+from knotfem.topology.closure import FAR, close
 
 Array = NDArray[np.float64]
 ROD = np.column_stack([np.linspace(-1.0, 1.0, 5), np.zeros(5), [0.0, 0.1, 0.2, 0.1, 0.0]])
@@ -46,30 +44,3 @@ def test_refuses_an_unknown_direction() -> None:
         close(ROD, ("tangent", "upward"))
     with pytest.raises(InputError, match="not a direction"):
         close(ROD, ("tangent", (0, 0, 0)))
-
-
-def test_winding_is_right_handed_about_the_axis() -> None:
-    a = np.linspace(0.0, 7.0, 100)
-    x = np.column_stack([5 + 2 * np.cos(a), 1 + 2 * np.sin(a), a])
-    assert winding_angle(x, [5, 1, 0], [0, 0, 1]) == pytest.approx(7.0)
-    assert winding_angle(x, [5, 1, 0], [0, 0, -3]) == pytest.approx(-7.0)
-    assert winding_angle(x, [15, 1, 0], [0, 0, 1]) == pytest.approx(0.0, abs=0.2)
-
-
-@pytest.mark.parametrize(
-    ("name", "number"),
-    [
-        ("bowline", -1),
-        ("clove_hitch", 2),
-        ("two_half_hitches", 1),
-        ("round_turn_two_half_hitches", 2),
-        ("capstan_half", 1),
-        ("capstan", 2),
-        ("capstan_3", 3),
-    ],
-)
-def test_linking_numbers_of_shipped_curves(shipped: Callable[[str], Array], name: str, number: int) -> None:
-    x = shipped(name)
-    assert linking_number(x, [0, 0, 0], [0, 1, 0]) == number
-    assert linking_number(x[::-1], [0, 0, 0], [0, 1, 0]) == -number
-    assert linking_number(x * [1, 1, -1], [0, 0, 0], [0, 1, 0]) == -number

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from knotfem.errors import InputError
-from knotfem.geometry.measures import strand_clearance
-from knotfem.topology.interpenetration import passed_through
+from knotfem.geometry.clearance import strand_clearance
+from knotfem.topology.interpenetration import first_interpenetration
 
 Array = NDArray[np.float64]
 
@@ -21,26 +21,26 @@ def straight(direction: int, height: float, nodes: int = 41) -> Array:
     return x
 
 
-def test_crossed_rods_that_swap_have_passed() -> None:
+def test_crossed_rods_that_swap_interpenetrate() -> None:
     still, over = straight(0, 0.0), straight(1, 1.5)
     below = over - [0, 0, 2.0]
-    found = passed_through([still, over], [still, below], 1.0)
+    found = first_interpenetration([still, over], [still, below], 1.0)
     assert found is not None
     assert found.rods == (0, 1)
     assert found.edges[0] in (19, 20)
     assert 0.725 <= found.time <= 0.75
 
 
-def test_parallel_rods_that_swap_in_their_plane_have_passed() -> None:
+def test_parallel_rods_that_swap_in_their_plane_interpenetrate() -> None:
     a, b = straight(0, 0.0), straight(0, 1.0)
-    assert passed_through([a, b], [b, a], 1.0) is not None
+    assert first_interpenetration([a, b], [b, a], 1.0) is not None
 
 
 def test_sliding_touching_and_passing_the_end_are_legal() -> None:
     still, over = straight(0, 0.0), straight(1, 1.0)
-    assert passed_through([still, over], [still, over + np.array([3.0, 1.0, 0.0])], 1.0) is None
+    assert first_interpenetration([still, over], [still, over + np.array([3.0, 1.0, 0.0])], 1.0) is None
     beyond = over + np.array([25.0, 0, 0])
-    assert passed_through([still, beyond], [still, beyond - [0, 0, 2.0]], 1.0) is None
+    assert first_interpenetration([still, beyond], [still, beyond - [0, 0, 2.0]], 1.0) is None
 
 
 def test_orbit_by_a_diameter_each_is_legal() -> None:
@@ -48,7 +48,7 @@ def test_orbit_by_a_diameter_each_is_legal() -> None:
         a = np.column_stack([np.linspace(-5, 5, 21), np.zeros(21), np.full(21, 0.5)])
         c, s = np.cos(angle), np.sin(angle)
         rotation = np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
-        assert passed_through([a, -a], [a @ rotation.T, -a @ rotation.T], 1.0) is None
+        assert first_interpenetration([a, -a], [a @ rotation.T, -a @ rotation.T], 1.0) is None
 
 
 def test_strand_of_the_same_rod(shipped: Callable[[str], Array]) -> None:
@@ -56,13 +56,13 @@ def test_strand_of_the_same_rod(shipped: Callable[[str], Array]) -> None:
     closest = strand_clearance(x, 1.0)
     towards = x[closest.j] - x[closest.i]
     weight = np.exp(-(((np.arange(len(x)) - closest.i) / 12.0) ** 2))[:, None]
-    assert passed_through(x, x + 0.5 * weight * towards, 1.0) is None
-    found = passed_through(x, x + 1.8 * weight * towards, 1.0)
+    assert first_interpenetration(x, x + 0.5 * weight * towards, 1.0) is None
+    found = first_interpenetration(x, x + 1.8 * weight * towards, 1.0)
     assert found is not None
     assert found.rods == (0, 0)
     assert abs(found.edges[0] - closest.i) < 15
     assert abs(found.edges[1] - closest.j) < 15
-    assert passed_through(x + 1.8 * weight * towards, x, 1.0) is not None
+    assert first_interpenetration(x + 1.8 * weight * towards, x, 1.0) is not None
 
 
 def test_pulling_a_bight_through_counts_although_the_writhe_is_the_same() -> None:
@@ -70,7 +70,7 @@ def test_pulling_a_bight_through_counts_although_the_writhe_is_the_same() -> Non
     bight = np.column_stack([-(np.linspace(-8, 8, 33) ** 2) / 8 - 1, np.linspace(-8, 8, 33), np.zeros(33)])[
         :, [0, 2, 1]
     ]
-    assert passed_through([post, bight], [post, bight + np.array([2.5, 0.0, 0.0])], 1.0) is not None
+    assert first_interpenetration([post, bight], [post, bight + np.array([2.5, 0.0, 0.0])], 1.0) is not None
 
 
 @settings(max_examples=20, deadline=None)
@@ -82,18 +82,18 @@ def test_motion_shorter_than_the_clearance_is_legal(
     push = random_curve(seed, 6, len(x))
     push *= size / np.linalg.norm(push, axis=1).max()
     assert strand_clearance(x + push, 1.0).distance > 0.2
-    assert passed_through(x, x + push, 1.0) is None
+    assert first_interpenetration(x, x + push, 1.0) is None
 
 
 def test_refuses_other_nodes() -> None:
     with pytest.raises(InputError, match="differ in their nodes"):
-        passed_through(straight(0, 0.0), straight(0, 0.0)[:-1], 1.0)
+        first_interpenetration(straight(0, 0.0), straight(0, 0.0)[:-1], 1.0)
 
 
 def test_is_fast(shipped: Callable[[str], Array]) -> None:
     x = shipped("bowline")
     y = x + [3.0, 0.0, 2.0] * np.sin(np.linspace(0, 6, len(x)))[:, None]
-    passed_through(x, y, 6.0)
+    first_interpenetration(x, y, 6.0)
     begin = time.perf_counter()
-    passed_through(x, y, 6.0)
+    first_interpenetration(x, y, 6.0)
     assert time.perf_counter() - begin < 0.05

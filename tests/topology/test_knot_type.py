@@ -8,8 +8,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from knotfem.errors import InputError
+from knotfem.geometry.smoothing import laplacian
 from knotfem.topology.knot_table import PRIME, names
-from knotfem.topology.knot_type import knot_type
+from knotfem.topology.knot_type import check_smoothing, knot_type
 
 Array = NDArray[np.float64]
 Braid = Callable[[list[int]], list[Array]]
@@ -141,6 +142,14 @@ def test_refuses() -> None:
         knot_type([[0, 0, 0], [1, 0, 0], [np.nan, 0, 0]])
     with pytest.raises(InputError, match="at least 3"):
         knot_type([[0, 0, 0], [1, 0, 0]], closed=True)
+
+
+def test_smoothing_away_the_knot_is_refused(shipped: Callable[[str], Array]) -> None:
+    x = shipped("overhand")
+    check_smoothing(x, laplacian(x, 0.1, 1000))
+    message = r"knot\.csv: smoothing has changed the knot; take fewer iterations; found unknot; expected 3_1"
+    with pytest.raises(InputError, match=message):
+        check_smoothing(x, laplacian(x, 1.0, 60_000), "knot.csv")
 
 
 def test_is_fast(shipped: Callable[[str], Array]) -> None:

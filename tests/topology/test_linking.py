@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from knotfem.geometry.frames import tangents
-from knotfem.topology.linking import Ends, Lacing, lacing
+from knotfem.topology.linking import Ends, LinkType, link_type, linking_number, winding_angle
 
 Array = NDArray[np.float64]
 X, Y, Z = np.eye(3)
@@ -16,8 +16,8 @@ def outward(x: Array) -> Ends:
     return -t[0], t[-1]
 
 
-def laced(first: Array, second: Array) -> Lacing:
-    return lacing((first, second), (outward(first), outward(second)))
+def link(first: Array, second: Array) -> LinkType:
+    return link_type((first, second), (outward(first), outward(second)))
 
 
 def bight(axis: Array, across: Array, shift: float) -> Array:
@@ -30,35 +30,35 @@ def bight(axis: Array, across: Array, shift: float) -> Array:
 
 @pytest.mark.parametrize("turn", [0.3, 1.2, 2.8])
 @pytest.mark.parametrize("height", [-6.0, 6.0])
-def test_rods_that_cross_or_run_side_by_side_are_not_laced(turn: float, height: float) -> None:
+def test_rods_that_cross_or_run_side_by_side_are_not_linked(turn: float, height: float) -> None:
     s = np.linspace(-50.0, 50.0, 41)[:, None]
-    assert not laced(s * X, s * (np.cos(turn) * X + np.sin(turn) * Y) + height * Z).laced
+    assert not link(s * X, s * (np.cos(turn) * X + np.sin(turn) * Y) + height * Z).linked
 
 
-def test_a_clasp_is_laced_until_one_bight_is_drawn_out_of_the_other() -> None:
-    def clasp(depth: float) -> Lacing:
-        return laced(bight(X, Y, depth), bight(-X, Z, depth))
+def test_interlocked_bights_are_linked_until_one_is_drawn_out() -> None:
+    def interlocked(depth: float) -> LinkType:
+        return link(bight(X, Y, depth), bight(-X, Z, depth))
 
-    assert clasp(5.0).laced
-    assert str(clasp(5.0).jones) in ("-t^(1/2) - t^(5/2)", "-t^(-5/2) - t^(-1/2)")
-    assert not clasp(-5.0).laced
+    assert interlocked(5.0).linked
+    assert str(interlocked(5.0).jones) in ("-t^(1/2) - t^(5/2)", "-t^(-5/2) - t^(-1/2)")
+    assert not interlocked(-5.0).linked
 
 
-def test_the_sheet_bend_is_laced_and_its_rods_side_by_side_are_not(shipped: Callable[[str], Array]) -> None:
+def test_the_sheet_bend_is_linked_and_its_rods_side_by_side_are_not(shipped: Callable[[str], Array]) -> None:
     hitch, loop = shipped("sheet_bend_hitch"), shipped("sheet_bend_bight")
-    assert laced(hitch, loop).laced
-    assert laced(loop, hitch).laced
-    assert not laced(hitch, loop + 150.0 * X).laced
+    assert link(hitch, loop).linked
+    assert link(loop, hitch).linked
+    assert not link(hitch, loop + 150.0 * X).linked
 
 
-def test_knots_of_the_rods_themselves_do_not_lace_them(shipped: Callable[[str], Array]) -> None:
+def test_knots_of_the_rods_themselves_do_not_link_them(shipped: Callable[[str], Array]) -> None:
     trefoil, eight = shipped("overhand"), shipped("figure_eight")
     eight = eight - eight.mean(axis=0)
     beside = trefoil.mean(axis=0) + 80.0 * Y
-    assert not laced(trefoil, eight + beside).laced
+    assert not link(trefoil, eight + beside).linked
 
 
-def test_a_rod_round_a_straight_one_is_laced_from_one_turn_on() -> None:
+def test_a_rod_about_a_straight_one_is_linked_from_one_turn_on() -> None:
     s = np.linspace(-1.0, 1.0, 201)
 
     def coil(turns: float) -> Array:
@@ -66,5 +66,32 @@ def test_a_rod_round_a_straight_one_is_laced_from_one_turn_on() -> None:
         return np.column_stack([40.0 * s, 8.0 * np.cos(phi), 8.0 * np.sin(phi)])
 
     straight = np.outer(60.0 * s, X)
-    assert not laced(coil(0.4), straight).laced
-    assert laced(coil(2.2), straight).laced
+    assert not link(coil(0.4), straight).linked
+    assert link(coil(2.2), straight).linked
+
+
+def test_winding_is_right_handed_about_the_axis() -> None:
+    a = np.linspace(0.0, 7.0, 100)
+    x = np.column_stack([5 + 2 * np.cos(a), 1 + 2 * np.sin(a), a])
+    assert winding_angle(x, [5, 1, 0], [0, 0, 1]) == pytest.approx(7.0)
+    assert winding_angle(x, [5, 1, 0], [0, 0, -3]) == pytest.approx(-7.0)
+    assert winding_angle(x, [15, 1, 0], [0, 0, 1]) == pytest.approx(0.0, abs=0.2)
+
+
+@pytest.mark.parametrize(
+    ("name", "number"),
+    [
+        ("bowline", -1),
+        ("clove_hitch", 2),
+        ("two_half_hitches", 1),
+        ("round_turn_two_half_hitches", 2),
+        ("capstan_half", 1),
+        ("capstan", 2),
+        ("capstan_3", 3),
+    ],
+)
+def test_linking_numbers_of_shipped_curves(shipped: Callable[[str], Array], name: str, number: int) -> None:
+    x = shipped(name)
+    assert linking_number(x, [0, 0, 0], [0, 1, 0]) == number
+    assert linking_number(x[::-1], [0, 0, 0], [0, 1, 0]) == -number
+    assert linking_number(x * [1, 1, -1], [0, 0, 0], [0, 1, 0]) == -number
