@@ -1,6 +1,7 @@
-"""Centrelines: read, interpolate, smooth, resample, frame, measure, check, and name the knot.
+"""Geometry of curves in space: centrelines from file to polyline, frames, rotations, measures and checks.
 
-Modules, each usable alone: `curve` and `nurbs` (files to smooth curves), `smoothing`, `resample`, `frames`, `measures`,
-`validate`, `closure` (ends extended far away, linking number), `diagram`, `simplify`, `reidemeister`, `jones`,
-`knot_type` (from polyline to name) and `passage` (strands that went through each other).
+`readers` reads centreline files into the curves of `curve` and `nurbs`; `resample` and `smoothing` make polylines of
+them; `points`, `vectors`, `measures`, `writhe`, `clearance` and `segments` measure them; `frames` attaches orthonormal
+frames; `validate` checks that a rod can take the shape. Rotations of arrays stand in `finite_rotation`, their kernels
+for compiled loops in `rotation`. Of the project, this package imports `compiled`, `errors` and `types` only.
 """

@@ -1,4 +1,4 @@
-"""Knot diagrams: projections of polylines with their crossings."""
+"""Knot diagrams: projections of polylines onto a plane, with their crossings."""
 
 from __future__ import annotations
 
@@ -14,17 +14,18 @@ from knotfem.geometry.vectors import unit
 from knotfem.types import Array
 
 FRONT = (0.0, -1.0, 0.0)
-"""Direction from the knot to a viewer at -y."""
+"""Direction from the knot to an observer at -y."""
 
 
 @dataclass(frozen=True)
 class Diagram:
-    """A link diagram as a planar diagram (PD) code.
+    """A link diagram in planar diagram (PD) code, the notation of the Knot Atlas.
 
     Attributes:
-        crossings: four arcs a crossing, counter-clockwise, beginning with the lower strand's incoming one.
-        signs: +1 or -1 a crossing (right-handed is +1).
-        loops: components without any crossing.
+        crossings: for each crossing, the numbers of its four arcs counter-clockwise, beginning with the incoming arc of
+            the under-strand.
+        signs: of the crossings: +1 for a right-handed one, -1 for a left-handed one.
+        loops: number of components without crossings.
     """
 
     crossings: tuple[tuple[int, int, int, int], ...]
@@ -33,7 +34,7 @@ class Diagram:
 
     @property
     def writhe(self) -> int:
-        """Sum of the signs."""
+        """Sum of the signs of the crossings."""
         return sum(self.signs)
 
     def __str__(self) -> str:
@@ -43,13 +44,13 @@ class Diagram:
 
 @dataclass(frozen=True)
 class _Passes:
-    """Crossings of a projection: two passes each, along all edges of all components.
+    """The two passes through each of n crossings, in the order in which the components are traversed.
 
     Attributes:
-        crossing: of the pass, in the order of travel, shape (2 crossings,).
-        over: whether it is the upper one.
-        component: it lies on.
-        signs: of the crossings, shape (crossings,).
+        crossing: index of the crossing that is passed, shape (2n,).
+        over: whether the pass is the over-strand of its crossing, shape (2n,).
+        component: on which the pass lies, shape (2n,).
+        signs: of the crossings, shape (n,).
     """
 
     crossing: NDArray[np.int64]
@@ -59,7 +60,18 @@ class _Passes:
 
 
 def view_frame(view: ArrayLike) -> Array:
-    """Rows right, up, towards the viewer, shape (3, 3), for a direction from the knot to the viewer."""
+    """Axes of the picture that an observer sees.
+
+    Args:
+        view: direction from the knot to the observer, shape (3,), of any length.
+
+    Returns:
+        Unit vectors to the right, upwards and towards the observer as rows, shape (3, 3). Upwards is +z as far as
+        possible, +y for a view nearly along z.
+
+    Raises:
+        InputError: a view of length zero.
+    """
     towards = unit(view)
     up = np.array([0.0, 0.0, 1.0]) if abs(towards[2]) < 0.9 else np.array([0.0, 1.0, 0.0])
     right = unit(np.cross(up, towards))
@@ -67,6 +79,14 @@ def view_frame(view: ArrayLike) -> Array:
 
 
 def _passes(starts: Array, stops: Array, follower: NDArray[np.int64], component: NDArray[np.int64]) -> _Passes:
+    """Find all crossings of edges that are given in the axes of the picture.
+
+    Args:
+        starts: first points of the edges, in the order of traversal, shape (n, 3).
+        stops: their last points, shape (n, 3).
+        follower: index of the edge that follows each edge, -1 at an open end, shape (n,).
+        component: of each edge, shape (n,).
+    """
     capacity = 64
     while True:
         count, edges, places, over, signs = _find_crossings(starts, stops, follower, capacity)
@@ -84,6 +104,7 @@ def _passes(starts: Array, stops: Array, follower: NDArray[np.int64], component:
 def _find_crossings(
     starts: Array, stops: Array, follower: NDArray[np.int64], capacity: int
 ) -> tuple[int, NDArray[np.int64], Array, NDArray[np.bool_], NDArray[np.int64]]:
+    """Number of crossings and, of as many as the capacity, edges, parameters on them, first edge over, and sign."""
     edges = np.empty((capacity, 2), dtype=np.int64)
     places = np.empty((capacity, 2))
     over = np.empty(capacity, dtype=np.bool_)
@@ -96,10 +117,10 @@ def _find_crossings(
                 continue
             vx, vy = stops[j, 0] - starts[j, 0], stops[j, 1] - starts[j, 1]
             wx, wy = starts[j, 0] - starts[i, 0], starts[j, 1] - starts[i, 1]
-            turn = ux * vy - uy * vx
-            if turn == 0.0:
+            determinant = ux * vy - uy * vx
+            if determinant == 0.0:
                 continue
-            s, t = (wx * vy - wy * vx) / turn, (wx * uy - wy * ux) / turn
+            s, t = (wx * vy - wy * vx) / determinant, (wx * uy - wy * ux) / determinant
             if s < 0.0 or s >= 1.0 or t < 0.0 or t >= 1.0:
                 continue
             if count < capacity:
@@ -108,42 +129,48 @@ def _find_crossings(
                 edges[count, 0], edges[count, 1] = i, j
                 places[count, 0], places[count, 1] = s, t
                 over[count] = height_i > height_j
-                signs[count] = 1 if (turn > 0.0) == over[count] else -1
+                signs[count] = 1 if (determinant > 0.0) == over[count] else -1
             count += 1
     return count, edges, places, over, signs
 
 
 def crossing_signature(points: ArrayLike, view: ArrayLike = FRONT) -> str:
-    """Crossings of an open polyline in the order of travel, such as `O1- U2- U3+ O2- ...`.
+    """Signed Gauss code of an open polyline in a projection, such as `O1- U2- U3+ O2- ...`.
 
-    O is over, U under; crossings are numbered by their first pass; the sign is the crossing's handedness. The ends are
-    not extended.
+    The passes are listed from the first to the last point: O for over, U for under, the number of the crossing in the
+    order of first passes, and its sign. The ends are not continued.
 
     Args:
-        points: shape (n, 3), first = loading end.
-        view: direction from the knot to the viewer, shape (3,); by default the viewer is at -y.
+        points: shape (n, 3), beginning with the loading end.
+        view: direction from the knot to the observer, shape (3,); by default the observer is at -y.
 
     Returns:
-        Empty for a curve that does not cross itself in this view.
+        Empty for a curve that does not cross itself in this projection.
+
+    Raises:
+        InputError: points that `as_points` refuses, or a view of length zero.
     """
     x = as_points(points) @ view_frame(view).T
     edges = len(x) - 1
     follower = np.append(np.arange(1, edges), -1)
     passes = _passes(x[:-1].copy(), x[1:].copy(), follower, np.zeros(edges, dtype=np.int64))
     names: dict[int, int] = {}
-    words = []
+    code = []
     for crossing, over in zip(passes.crossing.tolist(), passes.over.tolist(), strict=True):
         number = names.setdefault(crossing, len(names) + 1)
-        words.append(f"{'O' if over else 'U'}{number}{'+' if passes.signs[crossing] > 0 else '-'}")
-    return " ".join(words)
+        code.append(f"{'O' if over else 'U'}{number}{'+' if passes.signs[crossing] > 0 else '-'}")
+    return " ".join(code)
 
 
 def diagram(polygons: Sequence[ArrayLike], view: ArrayLike = FRONT) -> Diagram:
-    """Project closed polygons (a knot or a link) to a diagram.
+    """Diagram of a knot or link in a projection.
 
     Args:
-        polygons: each shape (n, 3), without repetition of the first point.
-        view: direction from the knot to the viewer, shape (3,).
+        polygons: closed, each of shape (n, 3), the first point not repeated.
+        view: direction from the knot to the observer, shape (3,).
+
+    Raises:
+        InputError: points that `as_points` refuses, or a view of length zero.
     """
     frame = view_frame(view)
     closed = [as_points(polygon) @ frame.T for polygon in polygons]
@@ -158,7 +185,7 @@ def diagram(polygons: Sequence[ArrayLike], view: ArrayLike = FRONT) -> Diagram:
 
 
 def _planar_code(passes: _Passes, components: int) -> Diagram:
-    """Number the arcs from 1 along each component and write down the four arcs of every crossing."""
+    """Number the arcs from 1 along the components and collect the four arcs of each crossing."""
     corners: list[dict[bool, tuple[int, int]]] = [{} for _ in passes.signs]
     loops = 0
     for number in range(components):

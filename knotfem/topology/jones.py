@@ -1,4 +1,4 @@
-"""The Jones polynomial by Kauffman's bracket, crossing by crossing."""
+"""The Jones polynomial of a link diagram, from the Kauffman bracket."""
 
 from __future__ import annotations
 
@@ -11,21 +11,24 @@ from numpy.typing import NDArray
 from knotfem.topology.diagram import Diagram
 
 Matching = tuple[tuple[int, int], ...]
+"""How a tangle joins its open ends: pairs of arcs, each pair and the whole in ascending order."""
 
 
 @dataclass(frozen=True)
 class Laurent:
-    """A Laurent polynomial in t with integer coefficients; half powers occur for links of an even number of components.
+    """A Laurent polynomial in t with integer coefficients.
+
+    Links of an even number of components have half-integer exponents.
 
     Attributes:
-        terms: (twice the exponent, coefficient other than 0), exponents rising.
+        terms: pairs of twice the exponent and the coefficient, which is not zero, in ascending order.
     """
 
     terms: tuple[tuple[int, int], ...]
 
     @staticmethod
     def of(terms: Iterable[tuple[int, int]]) -> Laurent:
-        """Collect (twice the exponent, coefficient) pairs in any order."""
+        """Polynomial from pairs of twice the exponent and a coefficient, in any order, repeated exponents added up."""
         total: dict[int, int] = {}
         for exponent, coefficient in terms:
             total[exponent] = total.get(exponent, 0) + coefficient
@@ -33,11 +36,11 @@ class Laurent:
 
     @staticmethod
     def integer(lowest: int, coefficients: Iterable[int]) -> Laurent:
-        """Polynomial with whole exponents lowest, lowest + 1, ..."""
+        """Polynomial with integer exponents lowest, lowest + 1, ..."""
         return Laurent.of((2 * (lowest + k), c) for k, c in enumerate(coefficients))
 
     def __mul__(self, other: Laurent) -> Laurent:
-        """Product."""
+        """Product of two polynomials."""
         return Laurent.of((e + f, c * d) for e, c in self.terms for f, d in other.terms)
 
     @property
@@ -46,7 +49,7 @@ class Laurent:
         return Laurent(tuple((-e, c) for e, c in reversed(self.terms)))
 
     def __str__(self) -> str:
-        """Such as `t + t^3 - t^4`, exponents rising."""
+        """Text such as `t + t^3 - t^4`, in ascending order of the exponents."""
         text = ""
         for twice, coefficient in self.terms:
             power = f"{twice // 2}" if twice % 2 == 0 else f"({twice}/2)"
@@ -57,14 +60,15 @@ class Laurent:
 
 
 def jones(diagram: Diagram) -> Laurent:
-    """Jones polynomial; the right-handed trefoil has t + t^3 - t^4, the unknot 1.
+    """Jones polynomial of a link: 1 for the unknot, t + t^3 - t^4 for the right-handed trefoil.
 
-    The bracket is contracted over a growing part of the plane: for every way in which that part joins the arcs it cuts,
-    one polynomial in A. Cost grows with the width of the diagram, not with 2^crossings.
-    Source: Kauffman, Topology 26, 395 (1987); Bar-Natan's planar algorithm for the order of work.
+    The Kauffman bracket is computed by adding one crossing after another to a tangle. The tangle is a linear
+    combination of the ways in which its open ends can be joined, with polynomials in A as coefficients. The cost is
+    exponential in the largest number of open ends, not in the number of crossings.
+    Source: Kauffman, Topology 26, 395 (1987); Bar-Natan, J. Knot Theory Ramif. 16, 243 (2007) for the order of work.
 
     Args:
-        diagram: of any link; fewest crossings first pays (`reduce`).
+        diagram: of any link; `knotfem.topology.reidemeister.reduce` makes the computation shorter.
     """
     n = len(diagram.crossings)
     if n == 0:
@@ -84,12 +88,12 @@ def jones(diagram: Diagram) -> Laurent:
 
 
 def _circle(polynomial: NDArray) -> NDArray:
-    """Multiply by the value of a closed circle, -A^2 - A^-2; the middle stays where it is."""
+    """Multiply by the value of a closed circle, -A^2 - A^-2; A^0 keeps its index."""
     return -np.roll(polynomial, 2) - np.roll(polynomial, -2)
 
 
 def _contract(diagram: Diagram, middle: int) -> NDArray:
-    """Kauffman bracket, normalised to 1 for one circle, as coefficients of A^(index - middle)."""
+    """Kauffman bracket, 1 for a circle, as an array of the coefficients of A^(index - middle)."""
     order = _order(diagram)
     one = np.zeros(2 * middle + 1, dtype=np.int64 if len(order) <= 50 else object)
     one[middle] = 1
@@ -112,7 +116,13 @@ def _contract(diagram: Diagram, middle: int) -> NDArray:
 
 
 def _join(ends: dict[int, int], x: int, y: int) -> int:
-    """Add a path from arc x to arc y to the open paths; returns 1 if it closes a circle."""
+    """Join the arcs x and y in a tangle; returns 1 if this closes a circle, else 0.
+
+    Args:
+        ends: the other open end of each open end, updated.
+        x: arc.
+        y: arc.
+    """
     if x == y:
         return 1
     far = []
@@ -130,7 +140,7 @@ def _join(ends: dict[int, int], x: int, y: int) -> int:
 
 
 def _order(diagram: Diagram) -> list[int]:
-    """Order of the crossings that keeps few arcs cut: greedy from the best start."""
+    """Order of the crossings with few open ends of the tangle: the best of the greedy orders from each crossing."""
     arcs = [set(crossing) for crossing in diagram.crossings]
     best: tuple[int, list[int]] | None = None
     for start in range(len(arcs)):

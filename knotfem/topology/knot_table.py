@@ -1,4 +1,4 @@
-"""Names of common knots by their Jones polynomial."""
+"""Names of the common knots by their Jones polynomials."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from functools import cache
 
 from knotfem.topology.jones import Laurent
 
-# Rolfsen's name: lowest exponent, coefficients; of each mirror pair the image that leans to positive powers of t.
 PRIME: dict[str, tuple[int, tuple[int, ...]]] = {
     "3_1": (1, (1, 0, 1, -1)),
     "4_1": (-2, (1, -1, 1, -1, 1)),
@@ -26,6 +25,8 @@ PRIME: dict[str, tuple[int, tuple[int, ...]]] = {
     "8_20": (-1, (-1, 2, -1, 2, -1, 1, -1)),
     "8_21": (1, (2, -2, 3, -3, 2, -2, 1)),
 }
+"""Lowest exponent and coefficients of the Jones polynomials of prime knots, by their names in the tables of Rolfsen,
+Knots and Links (1976). Of the two mirror images of a chiral knot, it is that with mostly positive exponents."""
 
 COMPOSITE = (
     ("3_1", "3_1"),
@@ -35,11 +36,15 @@ COMPOSITE = (
     ("4_1", "4_1"),
     ("3_1", "3_1", "3_1"),
 )
+"""Factors of composite knots, each in all combinations of mirror images."""
 
 
 @cache
 def names() -> dict[Laurent, tuple[str, str]]:
-    """Name and handedness ("right", "left" or "" where the polynomial equals its mirror) of every known polynomial."""
+    """Name and handedness of every knot in the tables, by its Jones polynomial.
+
+    The handedness is "right", "left", or "" for a polynomial that equals that of its mirror image.
+    """
     table: dict[Laurent, tuple[str, str]] = {Laurent.integer(0, (1,)): ("unknot", "")}
     for factors in [*((name,) for name in PRIME), *COMPOSITE]:
         for flips in range(2 ** (len(factors) - 1)):

@@ -1,4 +1,4 @@
-"""The type of a knot in an open rod: its ends extended, its diagram reduced, its Jones polynomial looked up."""
+"""Knot type of an open or closed curve by its Jones polynomial."""
 
 from __future__ import annotations
 
@@ -20,20 +20,21 @@ from knotfem.topology.simplify import simplify
 from knotfem.types import Array
 
 VIEWS = 12
-"""Directions from which the simplified curve is looked at for the fewest crossings."""
+"""Number of projections of the simplified curve, of which that with the fewest crossings is used."""
 
 
 @dataclass(frozen=True)
 class KnotType:
-    """What a closed curve is knotted into.
+    """Knot type as far as the Jones polynomial tells.
 
     Attributes:
-        name: such as "3_1" or "3_1 # mirror 3_1", that of the simplest knot with this polynomial (knots of ten
-            crossings and more may share it, as 10_132 does with 5_1); "unnamed" for one that is not in the table.
-        handedness: "right", "left", or "" where the polynomial equals its mirror or has no name. Right leans to
-            positive powers of t; of a composite, the first factor counts.
-        jones: in t, right-handed trefoil = t + t^3 - t^4.
-        crossings: of the reduced diagram, not less than the knot's crossing number.
+        name: of the simplest knot with this polynomial, such as "3_1" or "3_1 # mirror 3_1"; "unnamed" if it is not in
+            the table. Knots of ten and more crossings may share the polynomial of a simpler one, as 10_132 does that of
+            5_1.
+        handedness: "right", "left", or "" if the polynomial equals that of the mirror image or has no name. Right means
+            mostly positive exponents; for a composite knot the first factor decides.
+        jones: Jones polynomial in t; t + t^3 - t^4 for the right-handed trefoil.
+        crossings: number of crossings of the reduced diagram, an upper bound of the crossing number.
     """
 
     name: str
@@ -42,14 +43,20 @@ class KnotType:
     crossings: int
 
     def __str__(self) -> str:
-        """Such as `3_1, right-handed` or `unnamed (1 - t + t^3)`."""
+        """Text such as `3_1, right-handed` or `unnamed (1 - t + t^3)`."""
         if self.name == "unnamed":
             return f"unnamed ({self.jones})"
         return f"{self.name}, {self.handedness}-handed" if self.handedness else self.name
 
 
 def simplest_diagram(polygons: Sequence[Array]) -> Diagram:
-    """Simplify closed polygons and return the reduced diagram with the fewest crossings over a fixed set of views."""
+    """Reduced diagram of a link with the fewest crossings over a fixed set of projections.
+
+    The polygons are simplified first. The directions of projection are those of a Fibonacci lattice on a hemisphere.
+
+    Args:
+        polygons: closed, each of shape (n, 3), the first point not repeated.
+    """
     simple = simplify(polygons)
     best: Diagram | None = None
     for k in range(VIEWS):
@@ -68,17 +75,16 @@ def simplest_diagram(polygons: Sequence[Array]) -> Diagram:
 def knot_type(
     points: ArrayLike, ends: tuple[EndDirection, EndDirection] = ("tangent", "tangent"), *, closed: bool = False
 ) -> KnotType:
-    """Type of the knot in a polyline.
+    """Knot type of a polyline.
 
     Args:
-        points: shape (n, 3), first = loading end.
-        ends: where the first and the last end go on before they are joined far away: "tangent", "outward" (from the
-            middle) or a vector of shape (3,). Where an end lies inside a loop the type depends on it, so keep it fixed
-            when types are to be compared.
-        closed: the polyline is a closed polygon without repetition of its first point; `ends` is not used.
+        points: shape (n, 3), beginning with the loading end.
+        ends: how the first and the last end are continued before they are joined far away; see `closure.close`. If an
+            end lies inside a loop, the knot type depends on this, so keep it fixed when several states are compared.
+        closed: whether the polyline is a closed polygon, its first point not repeated; `ends` has no meaning then.
 
     Raises:
-        InputError: not finite, too few or repeated points, or a direction that is none.
+        InputError: points that are not finite, too few or repeated, or an unknown or zero direction.
     """
     polygon = as_points(points, fewest=3) if closed else close(points, ends)
     simplest = simplest_diagram([polygon])

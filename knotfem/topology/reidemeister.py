@@ -1,12 +1,12 @@
-"""Fewer crossings, same link: Reidemeister moves I and II on a planar diagram code."""
+"""Reduction of link diagrams by the Reidemeister moves I and II that remove crossings."""
 
 from __future__ import annotations
 
 from knotfem.topology.diagram import Diagram
 
 
-class _Code:
-    """A planar diagram code under reduction."""
+class _Reduction:
+    """A diagram in planar diagram code while it is reduced."""
 
     def __init__(self, diagram: Diagram) -> None:
         self.crossings = {i: list(arcs) for i, arcs in enumerate(diagram.crossings)}
@@ -18,14 +18,14 @@ class _Code:
             del self.crossings[crossing], self.signs[crossing]
 
     def join(self, kept: int, dropped: int) -> None:
-        """Make one arc of two; an arc joined to itself is a component without crossings."""
+        """Make one arc of two; an arc that is joined to itself becomes a component without crossings."""
         if kept == dropped:
             self.loops += 1
         for arcs in self.crossings.values():
             arcs[:] = [kept if arc == dropped else arc for arc in arcs]
 
-    def untwist(self) -> bool:
-        """Reidemeister I: take out a crossing at which one arc comes straight back."""
+    def remove_kink(self) -> bool:
+        """Reidemeister I: remove a crossing whose two neighbouring ends are one arc; False if there is none."""
         for crossing, arcs in self.crossings.items():
             for k in range(4):
                 if arcs[k] == arcs[(k + 1) % 4]:
@@ -34,10 +34,11 @@ class _Code:
                     return True
         return False
 
-    def pull_apart(self) -> bool:
-        """Reidemeister II: take out two crossings around a two-sided face of which one side lies over the other.
+    def remove_bigon(self) -> bool:
+        """Reidemeister II: remove the crossings of a face with two sides, one of them over the other at both corners.
 
-        With all curls taken out, no arc leads from one side of the face to the other, so the two joins are independent.
+        It needs a diagram without kinks, in which no arc leads from one side of the face to the other, so that the two
+        strands can be joined independently. Returns False if there is no such face.
         """
         corners: dict[tuple[int, int], tuple[int, int]] = {}
         for crossing, arcs in self.crossings.items():
@@ -56,17 +57,17 @@ class _Code:
 
 
 def reduce(diagram: Diagram) -> Diagram:
-    """Apply moves I and II that remove crossings until there are none left.
+    """Apply Reidemeister moves I and II that remove crossings until none is possible.
 
     Args:
         diagram: of any link.
 
     Returns:
-        A diagram of the same link with at most as many crossings.
+        A diagram of the same link, which need not have the smallest possible number of crossings.
     """
-    code = _Code(diagram)
-    while code.untwist() or code.pull_apart():
+    reduction = _Reduction(diagram)
+    while reduction.remove_kink() or reduction.remove_bigon():
         pass
-    kept = list(code.crossings)
-    crossings = tuple((a, b, c, d) for a, b, c, d in (code.crossings[i] for i in kept))
-    return Diagram(crossings, tuple(code.signs[i] for i in kept), code.loops)
+    kept = list(reduction.crossings)
+    crossings = tuple((a, b, c, d) for a, b, c, d in (reduction.crossings[i] for i in kept))
+    return Diagram(crossings, tuple(reduction.signs[i] for i in kept), reduction.loops)

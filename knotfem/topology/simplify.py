@@ -1,4 +1,4 @@
-"""Fewer vertices, same knot: triangle moves on closed polygons."""
+"""Simplification of closed polygons by triangle moves, which keep the knot type."""
 
 from __future__ import annotations
 
@@ -11,18 +11,20 @@ from numpy.typing import NDArray
 from knotfem.compiled import kernel
 from knotfem.types import Array
 
-SHAKE = 1e-7
-"""Random shift of the vertices over the extent of the polygons: it takes them out of special position."""
+PERTURBATION = 1e-7
+"""Largest random displacement of the vertices relative to the extent of the polygons, which brings them into general
+position: no four of them lie in a plane."""
 
 
 def simplify(polygons: Sequence[Array]) -> list[Array]:
-    """Remove every vertex whose triangle with its two neighbours no other edge pierces, until none is left.
+    """Remove every vertex whose triangle with its two neighbours is not pierced by another edge, until none is left.
 
-    Source: Koniaris and Muthukumar 1991, Taylor 2000 (KMT). The vertices are first shifted by a fixed random 1e-7 of
-    the extent, far less than any distance of two strands, so that no four of them lie in a plane.
+    The vertices are first displaced at random, always in the same way, by up to 1e-7 of the extent, which is far less
+    than any distance between strands.
+    Source: Koniaris and Muthukumar, Phys. Rev. Lett. 66, 2211 (1991); Taylor, Nature 406, 916 (2000).
 
     Args:
-        polygons: closed, without repetition of the first point, each shape (n, 3); together a link.
+        polygons: closed, the first point not repeated, each of shape (n, 3); together a link.
 
     Returns:
         Closed polygons of the same link, each of at least 3 vertices.
@@ -31,7 +33,7 @@ def simplify(polygons: Sequence[Array]) -> list[Array]:
     first = np.concatenate([[0], np.cumsum(sizes)])
     x = np.concatenate(polygons)
     extent = float(np.ptp(x, axis=0).max())
-    x = x + SHAKE * extent * np.random.default_rng(20250).uniform(-1.0, 1.0, x.shape)
+    x = x + PERTURBATION * extent * np.random.default_rng(20250).uniform(-1.0, 1.0, x.shape)
     after = np.arange(1, len(x) + 1)
     after[first[1:] - 1] = first[:-1]
     before = np.empty_like(after)
@@ -45,6 +47,7 @@ def simplify(polygons: Sequence[Array]) -> list[Array]:
 def _triangle_moves(
     x: Array, before: NDArray[np.int64], after: NDArray[np.int64], component: NDArray[np.int64], left: NDArray[np.int64]
 ) -> NDArray[np.bool_]:
+    """Which vertices are left; `left` counts them for each component."""
     alive = np.ones(len(x), dtype=np.bool_)
     changed = True
     while changed:
@@ -65,7 +68,7 @@ def _triangle_moves(
 
 @kernel
 def _pierced(x: Array, alive: NDArray[np.bool_], after: NDArray[np.int64], a: int, b: int, c: int) -> bool:
-    """Whether an edge that has no end in common with triangle a, b, c meets it."""
+    """Whether the triangle of the vertices a, b, c is pierced by an edge that has no end in common with it."""
     for p in range(len(x)):
         q = after[p]
         if not alive[p] or p in (a, b, c) or q in (a, b, c):
@@ -86,7 +89,7 @@ def _pierced(x: Array, alive: NDArray[np.bool_], after: NDArray[np.int64], a: in
 
 @kernel
 def _volume(x: Array, a: int, b: int, c: int, d: int) -> float:
-    """Signed six-fold volume of a tetrahedron; 0 where rounding leaves its sign open."""
+    """Six times the signed volume of a tetrahedron; 0 if it is below the rounding error and its sign unknown."""
     ux, uy, uz = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
     vx, vy, vz = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]
     wx, wy, wz = x[d, 0] - x[a, 0], x[d, 1] - x[a, 1], x[d, 2] - x[a, 2]
