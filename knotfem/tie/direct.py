@@ -1,4 +1,4 @@
-"""No path at all: the straight rod, then the knot, for solvers that tie in one shot from a swept state."""
+"""Mapping without intermediate states, for solvers that tie the knot in one step from a swept state."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from numpy.typing import ArrayLike
 
 from knotfem.errors import InputError
 from knotfem.tie.direction import resolve_direction
-from knotfem.tie.path import Array, check_target, mean_chord, polyline_stretch, straight_rod
+from knotfem.tie.path import check_target, mean_chord, polyline_stretch, straight_rod
+from knotfem.types import Array
 
 
 @dataclass(frozen=True, kw_only=True)
 class DirectPath:
-    """Only t = 0 and t = 1 exist.
+    """The straight rod at mapping time 0 and the knot at 1, and nothing between.
 
     Attributes:
         straight: the straight rod, shape (n + 1, 3), mm.
@@ -34,7 +35,7 @@ class DirectPath:
         return mean_chord(self.target)
 
     def at(self, t: float) -> Array:
-        """Returns the straight rod at t = 0, the knot at t = 1, shape (n + 1, 3), mm.
+        """Return the straight rod at t = 0 or the knot at t = 1, shape (n + 1, 3), mm.
 
         Raises:
             InputError: any other mapping time.
@@ -44,11 +45,11 @@ class DirectPath:
         return (self.straight if t == 0.0 else self.target).copy()
 
     def stretch(self, t: float) -> Array:
-        """Returns edge length over h at t = 0 or t = 1, shape (n,)."""
+        """Return the stretches at t = 0 or t = 1, edge length over h, shape (n,)."""
         return polyline_stretch(self.at(t), self.chord)
 
     def describe(self) -> dict[str, Any]:
-        """Returns the direction and the extreme stretches of the knot itself."""
+        """Return the direction and the extreme stretches of the knot."""
         stretch = self.stretch(1.0)
         return {
             "kind": self.kind,
@@ -62,15 +63,16 @@ class DirectPath:
 def direct_path(
     target: ArrayLike, *, direction: str | ArrayLike = (0.0, 0.0, 1.0), start: ArrayLike | None = (0.0, 0.0, 0.0)
 ) -> DirectPath:
-    """Pairs the straight rod with the knot.
+    """Mapping from a straight rod to the knot without intermediate states.
 
     Args:
         target: vertices of the knotted centreline, shape (n + 1, 3), mm.
         direction: of the straight rod, or "best".
-        start: place of the straight rod's first vertex, shape (3,), mm; None puts its middle at the target's centroid.
+        start: position of the straight rod's first vertex, shape (3,), mm; None puts the rod's middle at the target's
+            centroid.
 
     Raises:
-        InputError: the target, direction or start makes no sense.
+        InputError: the target, the direction or the start is not valid.
     """
     points = check_target(target)
     unit = resolve_direction(direction, points)

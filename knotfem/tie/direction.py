@@ -1,4 +1,4 @@
-"""Directions of the straight rod from which no edge of the knot has to turn far."""
+"""Directions of the straight rod for which no edge has to rotate by a large angle."""
 
 from __future__ import annotations
 
@@ -8,17 +8,13 @@ from scipy.optimize import nnls
 from scipy.spatial import ConvexHull, QhullError
 
 from knotfem.errors import InputError
-from knotfem.tie.path import Array, check_direction
-
-
-def largest_angle(tangents: Array, direction: Array) -> float:
-    """Returns the largest angle between the direction and the tangents (n, 3), rad."""
-    cross = np.linalg.norm(np.cross(tangents, direction), axis=1)
-    return float(np.arctan2(cross, tangents @ direction).max())
+from knotfem.geometry.vectors import unit_edges
+from knotfem.tie.path import check_direction
+from knotfem.types import Array
 
 
 def best_direction(tangents: Array) -> Array:
-    """Returns the direction whose largest angle to the tangents is smallest, shape (3,).
+    """Return the unit vector whose largest angle to the tangents is smallest, shape (3,).
 
     Args:
         tangents: unit edge vectors of the target, shape (n, 3).
@@ -27,11 +23,12 @@ def best_direction(tangents: Array) -> Array:
 
 
 def candidate_directions(tangents: Array, count: int, apart: float = 0.35) -> Array:
-    """Returns centres of the largest caps of the sphere that hold no reversed tangent, best first.
+    """Return directions with small largest angles to the tangents, the smallest first.
 
-    The largest angle between E and the tangents is pi less the radius of the largest empty cap round -E. Where the
-    tangents lie in no hemisphere the centres of empty caps are the normals of the facets of their convex hull; where
-    they do, the best E is the point of the hull nearest the origin (least-distance programming, Lawson and Hanson).
+    The largest angle between E and the tangents is pi minus the radius of the largest cap of the unit sphere about -E
+    that contains no tangent. If the tangents lie in no common hemisphere, the centres of the largest empty caps are the
+    outward normals of the facets of their convex hull. If they do, the best E points to the point of the hull nearest
+    to the origin (least-distance programming; Lawson and Hanson, Solving Least Squares Problems (1974), chapter 23).
 
     Args:
         tangents: unit vectors, shape (n, 3).
@@ -61,10 +58,10 @@ def candidate_directions(tangents: Array, count: int, apart: float = 0.35) -> Ar
 
 
 def resolve_direction(direction: str | ArrayLike, target: Array) -> Array:
-    """Returns the straight rod's direction as a unit vector, shape (3,).
+    """Return the direction of the straight rod as a unit vector, shape (3,).
 
     Args:
-        direction: a vector, or "best" for `best_direction` of the target's edges.
+        direction: a vector of any length, or "best" for `best_direction` of the target's edges.
         target: vertices, shape (n + 1, 3).
 
     Raises:
@@ -73,6 +70,5 @@ def resolve_direction(direction: str | ArrayLike, target: Array) -> Array:
     if isinstance(direction, str):
         if direction != "best":
             raise InputError("wrong direction of the straight rod", found=direction, expected="'best' or a vector")
-        edges = np.diff(target, axis=0)
-        return best_direction(edges / np.linalg.norm(edges, axis=1, keepdims=True))
+        return best_direction(unit_edges(target))
     return check_direction(direction)

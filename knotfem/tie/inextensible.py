@@ -1,4 +1,4 @@
-"""A mapping that does not stretch at all: each tangent follows its great-circle arc to its target."""
+"""Inextensible mapping: each tangent moves on a great circle of the unit sphere to its target."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from knotfem.geometry.vectors import perpendicular, unit_edges
 from knotfem.tie.direction import resolve_direction
-from knotfem.tie.path import Array, check_target, check_time, mean_chord, polyline_stretch, straight_rod
+from knotfem.tie.path import check_target, check_time, mean_chord, polyline_stretch, straight_rod
+from knotfem.types import Array
 
 _REPORT_TIMES = np.linspace(0.0, 1.0, 41)
 
@@ -19,16 +21,16 @@ _REPORT_TIMES = np.linspace(0.0, 1.0, 41)
 class InextensiblePath:
     """Edge i at time t is l_i(t) (cos(t theta_i) E + sin(t theta_i) n_i); the centroid moves on a straight line.
 
-    l_i(t) goes linearly from h to the target's own chord: with equal chords the stretch is 1 at all times, otherwise
-    it never deviates further than the target does.
+    l_i(t) changes linearly from h to the chord of the target. With equal chords the stretch is 1 at all times, with
+    others it deviates from 1 most at t = 1.
 
     Attributes:
         target: shape (n + 1, 3), mm.
         direction: unit vector E of the straight rod, shape (3,).
-        angles: theta, from E to the target's edges, shape (n,), rad.
-        normals: n, unit vectors across E towards the target's edges, shape (n, 3).
-        drift: what moves the target's centroid to the straight rod's, shape (3,), mm.
-        seconds: time it took to find.
+        angles: theta between E and the target's edges, shape (n,), rad.
+        normals: n, unit vectors perpendicular to E, in the plane of E and the target's edge, shape (n, 3).
+        drift: vector from the target's centroid to that of the straight rod, shape (3,), mm.
+        seconds: time of the computation, s.
         kind: name of the mapping.
     """
 
@@ -46,23 +48,23 @@ class InextensiblePath:
         return mean_chord(self.target)
 
     def _offsets(self, t: float) -> Array:
-        """Returns the vertices relative to vertex 0, shape (n + 1, 3), mm."""
+        """Return the vertices relative to vertex 0, shape (n + 1, 3), mm."""
         lengths = (1.0 - t) * self.chord + t * np.linalg.norm(np.diff(self.target, axis=0), axis=1)
         edges = np.cos(t * self.angles)[:, None] * self.direction + np.sin(t * self.angles)[:, None] * self.normals
         return np.concatenate([np.zeros((1, 3)), np.cumsum(lengths[:, None] * edges, axis=0)])
 
     def at(self, t: float) -> Array:
-        """Returns the centreline vertices at mapping time t, shape (n + 1, 3), mm."""
+        """Return the vertices at mapping time t, shape (n + 1, 3), mm."""
         t = check_time(t)
         move = self._offsets(t) - self._offsets(1.0)
         return self.target + (move - move.mean(axis=0)) + (1.0 - t) * self.drift
 
     def stretch(self, t: float) -> Array:
-        """Returns edge length over h at mapping time t, shape (n,)."""
+        """Return the stretches at mapping time t, edge length over h, shape (n,)."""
         return polyline_stretch(self.at(t), self.chord)
 
     def describe(self) -> dict[str, Any]:
-        """Returns direction, largest turn, stretches and curvature at 41 times, and the cost."""
+        """Return direction, largest angle, extreme stretches and curvature at 41 mapping times, and computing time."""
         stretches = np.array([self.stretch(t) for t in _REPORT_TIMES])
         turns = [_largest_turn(self.at(t)) for t in _REPORT_TIMES]
         return {
@@ -78,35 +80,35 @@ class InextensiblePath:
 
 
 def _largest_turn(points: Array) -> float:
-    edges = np.diff(points, axis=0)
-    edges /= np.linalg.norm(edges, axis=1, keepdims=True)
-    return float(np.linalg.norm(np.diff(edges, axis=0), axis=1).max())
+    """Largest difference of the unit vectors along successive edges, a measure of the curvature."""
+    return float(np.linalg.norm(np.diff(unit_edges(points), axis=0), axis=1).max())
 
 
 def inextensible_path(
     target: ArrayLike, *, direction: str | ArrayLike = "best", start: ArrayLike | None = None
 ) -> InextensiblePath:
-    """Turns every edge along its great circle from the straight rod's direction E to the knot's edge.
+    """Inextensible mapping, which rotates every edge from the direction E of the straight rod to its target.
 
     Args:
         target: vertices of the knotted centreline, shape (n + 1, 3), mm.
-        direction: E, or "best": the one whose largest angle to the target's edges is smallest. Curvature on the way
-            exceeds the target's only where edges turn by more than a right angle; `describe` says by how much.
-        start: place of the straight rod's first vertex, shape (3,), mm; None puts its middle at the target's centroid.
+        direction: E, or "best" for that whose largest angle to the target's edges is smallest. The curvature exceeds
+            that of the target on the way only where edges rotate by more than a right angle; `describe` says by how
+            much.
+        start: position of the straight rod's first vertex, shape (3,), mm; None puts the rod's middle at the target's
+            centroid.
 
     Raises:
-        InputError: the target, direction or start makes no sense.
+        InputError: the target, the direction or the start is not valid.
     """
     began = time.perf_counter()
     points = check_target(target)
     unit = resolve_direction(direction, points)
-    tangents = np.diff(points, axis=0)
-    tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
+    tangents = unit_edges(points)
     across = tangents - (tangents @ unit)[:, None] * unit
     across -= (across @ unit)[:, None] * unit
     sines = np.linalg.norm(across, axis=1)
     angles = np.arctan2(sines, tangents @ unit)
-    normals = np.where(sines[:, None] > 1e-14, across / np.maximum(sines, 1e-300)[:, None], _any_normal(unit))
+    normals = np.where(sines[:, None] > 1e-14, across / np.maximum(sines, 1e-300)[:, None], perpendicular(unit))
     straight = straight_rod(points, unit, start)
     return InextensiblePath(
         target=points,
@@ -116,7 +118,3 @@ def inextensible_path(
         drift=straight.mean(axis=0) - points.mean(axis=0),
         seconds=time.perf_counter() - began,
     )
-
-
-def _any_normal(unit: Array) -> Array:
-    return np.linalg.svd(unit[None])[2][1]

@@ -1,4 +1,4 @@
-"""The paper's counter-example: every vertex goes straight from the rod to the knot, and edges collapse on the way."""
+"""Linear mapping, in which every vertex moves on a straight line; it compresses the rod strongly on the way."""
 
 from __future__ import annotations
 
@@ -10,12 +10,15 @@ from numpy.typing import ArrayLike
 
 from knotfem.tie.direction import resolve_direction
 from knotfem.tie.extremes import stretch_range
-from knotfem.tie.path import Array, check_target, check_time, mean_chord, polyline_stretch, straight_rod
+from knotfem.tie.path import check_target, check_time, mean_chord, polyline_stretch, straight_rod
+from knotfem.types import Array
 
 
 @dataclass(frozen=True, kw_only=True)
 class LinearPath:
-    """x_i(t) = X_i + t u_i (paper, appendix A).
+    """x_i(t) = X_i + t u_i.
+
+    Source: Aymon et al., Extreme Mech. Lett. 81, 102413 (2025), Eq. (A.2).
 
     Attributes:
         straight: X, the straight rod, shape (n + 1, 3), mm.
@@ -35,16 +38,16 @@ class LinearPath:
         return mean_chord(self.target)
 
     def at(self, t: float) -> Array:
-        """Returns the centreline vertices at mapping time t, shape (n + 1, 3), mm."""
+        """Return the vertices at mapping time t, shape (n + 1, 3), mm."""
         t = check_time(t)
         return (1.0 - t) * self.straight + t * self.target
 
     def stretch(self, t: float) -> Array:
-        """Returns edge length over h at mapping time t, shape (n,)."""
+        """Return the stretches at mapping time t, edge length over h, shape (n,)."""
         return polyline_stretch(self.at(t), self.chord)
 
     def describe(self) -> dict[str, Any]:
-        """Returns the direction and the exact extreme stretches over all times."""
+        """Return the direction and the exact extreme stretches over all times."""
         edges = np.diff(self.target, axis=0) / self.chord
         return {
             "kind": self.kind,
@@ -56,16 +59,17 @@ class LinearPath:
 def linear_path(
     target: ArrayLike, *, direction: str | ArrayLike = (0.0, 0.0, 1.0), start: ArrayLike | None = (0.0, 0.0, 0.0)
 ) -> LinearPath:
-    """Interpolates linearly between the straight rod X_i = i h e_z, where the paper has it, and the knot.
+    """Linear mapping from a straight rod, by default X_i = i h e_z, to the knot.
 
     Args:
         target: vertices of the knotted centreline, shape (n + 1, 3), mm.
-        direction: of the straight rod, or "best": the one whose largest angle to the target's edges is smallest, which
-            compresses least, since the stretch half-way is cos(angle / 2).
-        start: place of the straight rod's first vertex, shape (3,), mm; None puts its middle at the target's centroid.
+        direction: of the straight rod, or "best" for that whose largest angle to the target's edges is smallest. It
+            compresses the rod least, since the stretch of an edge at t = 1/2 is cos(angle / 2).
+        start: position of the straight rod's first vertex, shape (3,), mm; None puts the rod's middle at the target's
+            centroid.
 
     Raises:
-        InputError: the target, direction or start makes no sense.
+        InputError: the target, the direction or the start is not valid.
     """
     points = check_target(target)
     unit = resolve_direction(direction, points)

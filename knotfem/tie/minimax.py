@@ -1,4 +1,8 @@
-"""Temporary displacements that keep max |lambda - 1| over all edges and mapping times smallest."""
+"""Temporary displacements that minimise max |lambda - 1| over all edges and mapping times.
+
+The symbols are those of `extremes`: direction E of the straight rod, edges e_1 of the target and differences w of the
+temporary displacements, both over h.
+"""
 
 from __future__ import annotations
 
@@ -8,21 +12,24 @@ from typing import Any
 import numpy as np
 from scipy.optimize import linprog, minimize
 
-from knotfem.compiled import kernel
 from knotfem.tie.extremes import deviation, edges_at, extreme_stretches
-from knotfem.tie.path import Array
+from knotfem.tie.smooth_maximum import smoothed_deviation
+from knotfem.types import Array
 
 _TIMES = np.linspace(0.0, 1.0, 18)[1:-1]
+"""Mapping times at which the smooth approximation samples the stretches."""
+
 _SHARPNESS = (15.0, 60.0, 250.0, 1000.0)
+"""Sharpness of the smooth approximation in successive minimisations."""
 
 
 @dataclass(frozen=True)
 class Shape:
-    """One choice of what the mapping leaves open.
+    """Values of the free parameters of the mapping.
 
     Attributes:
         direction: unit vector E of the straight rod, shape (3,).
-        weights: coefficients of the temporary displacement's edge differences in an orthonormal basis, shape (p, 3).
+        weights: coefficients of w in an orthonormal basis, shape (p, 3).
         deviation: exact max |lambda - 1| over all edges and times.
     """
 
@@ -31,63 +38,15 @@ class Shape:
     deviation: float
 
 
-@kernel
-def smoothed_deviation(
-    start: Array, end: Array, bump: Array, times: Array, sharpness: float
-) -> tuple[float, float, Array, Array]:
-    """Log-sum-exp of +-(lambda - 1) over edges and sampled times, with its gradient.
-
-    Args:
-        start: shape (3,).
-        end: target edges over h, shape (n, 3).
-        bump: shape (n, 3).
-        times: sampled mapping times, shape (k,).
-        sharpness: the larger, the nearer to the maximum.
-
-    Returns:
-        The smooth value, the sampled maximum, the derivatives by start (3,) and by bump (n, 3).
-    """
-    n, k = len(end), len(times)
-    stretches = np.empty((n, k))
-    largest = 0.0
-    for i in range(n):
-        for j in range(k):
-            t = times[j]
-            square = 0.0
-            for a in range(3):
-                square += ((1.0 - t) * start[a] + t * end[i, a] + t * (1.0 - t) * bump[i, a]) ** 2
-            stretches[i, j] = np.sqrt(square)
-            largest = max(largest, abs(stretches[i, j] - 1.0))
-    by_start = np.zeros(3)
-    by_bump = np.zeros((n, 3))
-    total = 0.0
-    cutoff = 40.0 / sharpness
-    for i in range(n):
-        for j in range(k):
-            excess = stretches[i, j] - 1.0
-            if abs(excess) < largest - cutoff:
-                continue
-            above = np.exp(sharpness * (excess - largest))
-            below = np.exp(sharpness * (-excess - largest))
-            total += above + below
-            t = times[j]
-            pull = (above - below) / max(stretches[i, j], 1e-12)
-            for a in range(3):
-                part = pull * ((1.0 - t) * start[a] + t * end[i, a] + t * (1.0 - t) * bump[i, a])
-                by_start[a] += (1.0 - t) * part
-                by_bump[i, a] += t * (1.0 - t) * part
-    return largest + np.log(total) / sharpness, largest, by_start / total, by_bump / total
-
-
 @dataclass(frozen=True)
 class Minimax:
-    """max |lambda - 1| of one target as a function of what the mapping leaves open.
+    """max |lambda - 1| of one target as a function of the free parameters of the mapping.
 
     Attributes:
-        end: target edges over h, shape (n, 3).
-        basis: orthonormal columns that span the edge differences of the temporary displacement, shape (n, p).
-        free_direction: whether the straight rod's direction is open.
-        threshold: descent stops as soon as the exact deviation is below.
+        end: e_1, shape (n, 3).
+        basis: orthonormal columns that span all possible w, shape (n, p).
+        free_direction: whether the direction of the straight rod is a free parameter.
+        threshold: the descent stops as soon as the exact deviation is smaller.
     """
 
     end: Array
@@ -95,27 +54,28 @@ class Minimax:
     free_direction: bool
     threshold: float
 
-    def bump(self, weights: Array) -> Array:
-        """Returns the edge differences of the temporary displacement over h, shape (n, 3)."""
-        return np.einsum("ip,pa->ia", self.basis, weights)  # too small for threaded BLAS, which waits on busy machines
+    def temporary(self, weights: Array) -> Array:
+        """Return w, shape (n, 3)."""
+        return np.einsum("ip,pa->ia", self.basis, weights)  # too small for BLAS, whose threads wait on a busy machine
 
     def shape(self, direction: Array, weights: Array) -> Shape:
-        """Returns the choice with its exact deviation."""
-        return Shape(direction, weights, deviation(direction, self.end, self.bump(weights)))
+        """Return the parameters with their exact deviation."""
+        return Shape(direction, weights, deviation(direction, self.end, self.temporary(weights)))
 
     def first_guess(self, direction: Array, towards: Array) -> Shape:
-        """Returns a choice whose edges, half-way, keep their length and halve the turn from `towards` to the target.
+        """Return parameters with which, at t = 1/2, edges are unstretched and halfway between `towards` and the target.
 
         Args:
             direction: the straight rod's direction, shape (3,).
-            towards: unit vector, shape (3,); `direction` itself gives the inextensible tie's half-way shape.
+            towards: unit vector, shape (3,). With `direction` itself, the shape at t = 1/2 is that of the inextensible
+                mapping.
         """
         half = towards + self.end
         half /= np.maximum(np.linalg.norm(half, axis=1, keepdims=True), 0.2)
         return self.shape(direction, self.basis.T @ (4.0 * half - 2.0 * (direction + self.end)))
 
     def descend(self, guess: Shape) -> Shape:
-        """Returns what quasi-Newton descent on smoothed deviations of growing sharpness reaches from the guess."""
+        """Return what BFGS minimisation of smooth approximations of growing sharpness reaches from the guess."""
         best = guess
         for sharpness in _SHARPNESS:
             if best.deviation < self.threshold:
@@ -136,10 +96,10 @@ class Minimax:
         def objective(x: Array) -> tuple[float, Array]:
             nonlocal sampled
             direction, weights, norm = unpack(x)
-            value, sampled, by_start, by_bump = smoothed_deviation(
-                direction, self.end, self.bump(weights), _TIMES, sharpness
+            value, sampled, by_start, by_temporary = smoothed_deviation(
+                direction, self.end, self.temporary(weights), _TIMES, sharpness
             )
-            gradient = scale * np.einsum("ip,ia->pa", self.basis, by_bump).ravel()
+            gradient = scale * np.einsum("ip,ia->pa", self.basis, by_temporary).ravel()
             if self.free_direction:
                 by_raw = (by_start - (by_start @ direction) * direction) / norm
                 gradient = np.concatenate([gradient, by_raw])
@@ -157,42 +117,42 @@ class Minimax:
         return self.shape(*unpack(end.x)[:2])
 
     def polish(self, guess: Shape, steps: int = 60) -> Shape:
-        """Returns the local minimum of the exact deviation, by a sequence of linear programmes in a trust region."""
+        """Return a local minimum of the exact deviation, found by sequential linear programming in a trust region."""
         best, radius = guess, 0.05
         for _ in range(steps):
             step = self._linear_step(best, radius)
             if step is None:
                 break
             trial, predicted = step
-            gain = best.deviation - trial.deviation
-            if gain > 0.75 * predicted:
+            decrease = best.deviation - trial.deviation
+            if decrease > 0.75 * predicted:
                 radius *= 2.0
-            elif gain < 0.25 * predicted:
+            elif decrease < 0.25 * predicted:
                 radius *= 0.3
-            if gain > 0.0:
+            if decrease > 0.0:
                 best = trial
             if radius < 1e-6 or predicted < 1e-5 * best.deviation:
                 break
         return best
 
     def _linear_step(self, guess: Shape, radius: float) -> tuple[Shape, float] | None:
-        """Returns the shape after the best step of the linearised problem, and the gain that it promised.
+        """Return the parameters after the best step of the linearised problem, and the decrease that it predicts.
 
-        The constraints are the stationary times of all edges near the maximum; t = 1 is out of reach and bounds the
-        deviation from below.
+        The constraints are the stretches at those stationary times of all edges at which the deviation is near its
+        maximum. The stretches at t = 1 are given by the target and bound the deviation from below.
         """
         n, p = self.basis.shape
-        bump = self.bump(guess.weights)
-        times, stretches = extreme_stretches(guess.direction, self.end, bump)
-        edges = edges_at(guess.direction, self.end, bump, times)
-        tied = np.abs(stretches - 1.0) > guess.deviation - 6.0 * radius
-        tied &= (times > 0.0) & (times < 1.0)
-        if not tied.any():
+        temporary = self.temporary(guess.weights)
+        times, stretches = extreme_stretches(guess.direction, self.end, temporary)
+        edges = edges_at(guess.direction, self.end, temporary, times)
+        active = np.abs(stretches - 1.0) > guess.deviation - 6.0 * radius
+        active &= (times > 0.0) & (times < 1.0)
+        if not active.any():
             return None
         floor = float(np.abs(np.linalg.norm(self.end, axis=1) - 1.0).max())
-        rows = np.nonzero(tied)[0]
-        t, lam = times[tied], stretches[tied]
-        unit = edges[tied] / np.maximum(lam, 1e-12)[:, None]
+        rows = np.nonzero(active)[0]
+        t, lam = times[active], stretches[active]
+        unit = edges[active] / np.maximum(lam, 1e-12)[:, None]
         scale = np.sqrt(n)
         by_weights = scale * (t * (1.0 - t))[:, None, None] * self.basis[rows][:, :, None] * unit[:, None, :]
         jacobian = by_weights.reshape(len(t), 3 * p)

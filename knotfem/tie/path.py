@@ -1,19 +1,18 @@
-"""What every mapping of the centreline offers: vertices and edge stretches at any mapping time."""
+"""Interface of all mappings of the centreline, and checks of their arguments."""
 
 from __future__ import annotations
 
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from knotfem.errors import InputError
-
-Array = NDArray[np.float64]
+from knotfem.types import Array
 
 
 class CentrelinePath(Protocol):
-    """A continuous move of the centreline from a straight rod (t = 0) into the knot (t = 1).
+    """A continuous motion of the centreline from a straight rod, at mapping time t = 0, to the knot, at t = 1.
 
     Attributes:
         kind: name of the mapping, as `make_path` takes it.
@@ -27,23 +26,24 @@ class CentrelinePath(Protocol):
     def chord(self) -> float: ...
 
     def at(self, t: float) -> Array:
-        """Returns the centreline vertices at mapping time t in [0, 1], shape (n + 1, 3), mm."""
+        """Return the vertices at mapping time t in [0, 1], shape (n + 1, 3), mm."""
         ...
 
     def stretch(self, t: float) -> Array:
-        """Returns edge length over h at mapping time t, shape (n,)."""
+        """Return the stretches at mapping time t, edge length over h, shape (n,)."""
         ...
 
     def describe(self) -> dict[str, Any]:
-        """Returns what the mapping is and how far it stretches, fit for JSON."""
+        """Return properties of the mapping, among them its extreme stretches, as values that JSON can hold."""
         ...
 
 
 def check_target(target: ArrayLike) -> Array:
-    """Returns the target vertices as a float array of their own, shape (n + 1, 3), mm.
+    """Return a checked copy of the vertices of the target, shape (n + 1, 3), mm.
 
     Raises:
-        InputError: wrong shape, fewer than three vertices, values that are not finite, coinciding neighbours.
+        InputError: wrong shape, fewer than three vertices, values that are not finite, or two successive vertices that
+            coincide.
     """
     points = np.array(target, dtype=float)
     if points.ndim != 2 or points.shape[1] != 3 or len(points) < 3:
@@ -59,7 +59,7 @@ def check_target(target: ArrayLike) -> Array:
 
 
 def check_time(t: float) -> float:
-    """Returns the mapping time.
+    """Return the mapping time after checking it.
 
     Raises:
         InputError: t is outside [0, 1].
@@ -70,7 +70,7 @@ def check_time(t: float) -> float:
 
 
 def check_direction(direction: ArrayLike) -> Array:
-    """Returns the direction as a unit vector, shape (3,).
+    """Return the direction of the straight rod as a unit vector, shape (3,).
 
     Raises:
         InputError: not three finite numbers, or zero.
@@ -86,7 +86,7 @@ def check_direction(direction: ArrayLike) -> Array:
 
 
 def check_start(start: ArrayLike) -> Array:
-    """Returns the place of the straight rod's first vertex, shape (3,), mm.
+    """Return the position of the straight rod's first vertex, shape (3,), mm.
 
     Raises:
         InputError: not three finite numbers.
@@ -98,12 +98,16 @@ def check_start(start: ArrayLike) -> Array:
 
 
 def mean_chord(points: Array) -> float:
-    """Returns the mean edge length h of a polyline (n + 1, 3), mm: the edge length of the rod it is tied from."""
+    """Return the mean edge length h of a polyline, mm, which is the edge length of the straight rod.
+
+    Args:
+        points: vertices, shape (n + 1, 3), mm.
+    """
     return float(np.linalg.norm(np.diff(points, axis=0), axis=1).mean())
 
 
 def straight_rod(target: Array, direction: Array, start: ArrayLike | None = None) -> Array:
-    """Returns the straight rod that becomes the target: X_i = X_0 + i h E.
+    """Return the straight rod from which the target is tied: X_i = X_0 + i h E.
 
     Args:
         target: vertices of the target, shape (n + 1, 3), mm; its mean chord is h.
@@ -119,5 +123,13 @@ def straight_rod(target: Array, direction: Array, start: ArrayLike | None = None
 
 
 def polyline_stretch(points: Array, chord: float) -> Array:
-    """Returns edge length / chord of a polyline (n + 1, 3), shape (n,)."""
+    """Return the edge lengths of a polyline relative to a chord.
+
+    Args:
+        points: vertices, shape (n + 1, 3), mm.
+        chord: edge length at stretch 1, mm.
+
+    Returns:
+        Shape (n,).
+    """
     return np.linalg.norm(np.diff(points, axis=0), axis=1) / chord

@@ -1,4 +1,4 @@
-"""Mappings by name."""
+"""Choice of a mapping by its name."""
 
 from __future__ import annotations
 
@@ -26,22 +26,22 @@ def make_path(
     threshold: float = 0.3,
     refine: bool = False,
 ) -> CentrelinePath:
-    """Returns the mapping of that name from a straight rod into the target.
+    """Return the mapping of a name from a straight rod to the target.
 
     Args:
         kind: one of `KINDS`.
         target: vertices of the knotted centreline, shape (n + 1, 3), mm, in equal chords.
         direction: of the straight rod, a vector or "best"; by default "best" for polynomial and inextensible, +z for
             linear and direct.
-        start: place of the straight rod's first vertex, shape (3,), mm; by default centred on the target for
-            polynomial and inextensible, the origin for linear and direct.
-        degree: of the temporary displacement; polynomial only.
+        start: position of the straight rod's first vertex, shape (3,), mm; by default, the rod's middle lies at the
+            target's centroid for polynomial and inextensible, its first vertex at the origin for linear and direct.
+        degree: of the temporary displacements; polynomial only.
         threshold: largest |lambda - 1|; polynomial only.
-        refine: go on to the smallest |lambda - 1|; polynomial only.
+        refine: minimise |lambda - 1| instead of stopping at the threshold; polynomial only.
 
     Raises:
-        InputError: unknown kind, or an argument that makes no sense.
-        NotConverged: the polynomial's threshold is out of reach.
+        InputError: an unknown name, or an argument that is not valid.
+        NotConverged: the threshold cannot be reached with this degree.
     """
     given: dict[str, Any] = {"direction": direction, "start": start}
     place = {key: value for key, value in given.items() if value is not None}

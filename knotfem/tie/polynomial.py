@@ -1,4 +1,7 @@
-"""The paper's mapping: temporary displacements, polynomial in arclength, keep the centreline from stretching."""
+"""Mapping with temporary displacements, polynomial in arclength, which keep the stretch of the centreline small.
+
+Source: Aymon, Derveni, Gomez, Crassous and Reis, Extreme Mech. Lett. 81, 102413 (2025), appendix A.
+"""
 
 from __future__ import annotations
 
@@ -13,9 +16,8 @@ from numpy.typing import ArrayLike
 from knotfem.errors import InputError, NotConverged
 from knotfem.tie.direction import candidate_directions
 from knotfem.tie.extremes import stretch_range
-from knotfem.tie.minimax import Minimax
+from knotfem.tie.minimax import Minimax, Shape
 from knotfem.tie.path import (
-    Array,
     check_direction,
     check_target,
     check_time,
@@ -23,14 +25,20 @@ from knotfem.tie.path import (
     polyline_stretch,
     straight_rod,
 )
+from knotfem.types import Array
 
 _STARTS = 4
+"""Number of directions halfway to the target from which the search begins."""
+
 _NEARLY = 1.1
+"""Results of the search with less than this times the smallest deviation are refined."""
+
+_HIGHEST_DEGREE = 40
 
 
 @dataclass(frozen=True, kw_only=True)
 class PolynomialPath:
-    """x_i(t) = (1 - t) X_i + t x_i + t (1 - t) v_i, the paper's M_i(t) = t u_i + t (1 - t) v_i (eq. "mapping").
+    """x_i(t) = (1 - t) X_i + t x_i + t (1 - t) v_i, which is Eq. (A.3) with u_i = x_i - X_i.
 
     Attributes:
         straight: X, the straight rod, shape (n + 1, 3), mm.
@@ -38,7 +46,7 @@ class PolynomialPath:
         temporary: v, shape (n + 1, 3), mm.
         coefficients: v_i = sum_j coefficients[j] P_j(2 i / n - 1), Legendre polynomials, shape (p + 1, 3), mm.
         direction: unit vector E of the straight rod, shape (3,).
-        search: how the coefficients were found, fit for JSON.
+        search: how the coefficients were found, as values that JSON can hold.
         kind: name of the mapping.
     """
 
@@ -56,24 +64,24 @@ class PolynomialPath:
         return mean_chord(self.target)
 
     def at(self, t: float) -> Array:
-        """Returns the centreline vertices at mapping time t, shape (n + 1, 3), mm."""
+        """Return the vertices at mapping time t, shape (n + 1, 3), mm."""
         t = check_time(t)
         return (1.0 - t) * self.straight + t * self.target + t * (1.0 - t) * self.temporary
 
     def stretch(self, t: float) -> Array:
-        """Returns edge length over h at mapping time t, shape (n,)."""
+        """Return the stretches at mapping time t, edge length over h, shape (n,)."""
         return polyline_stretch(self.at(t), self.chord)
 
     def describe(self) -> dict[str, Any]:
-        """Returns direction, degree, coefficients, exact extreme stretches over all times, and the search."""
+        """Return direction, degree, coefficients, exact extreme stretches over all times, and facts of the search."""
         h = self.chord
-        edges, bump = np.diff(self.target, axis=0) / h, np.diff(self.temporary, axis=0) / h
+        edges, temporary = np.diff(self.target, axis=0) / h, np.diff(self.temporary, axis=0) / h
         return {
             "kind": self.kind,
             "direction": self.direction.tolist(),
             "degree": len(self.coefficients) - 1,
             "coefficients_mm": self.coefficients.tolist(),
-            **stretch_range(self.direction, edges, bump),
+            **stretch_range(self.direction, edges, temporary),
             **self.search,
         }
 
@@ -87,64 +95,34 @@ def polynomial_path(
     direction: Literal["best"] | ArrayLike = "best",
     start: ArrayLike | None = None,
 ) -> PolynomialPath:
-    """Optimises temporary displacements on max |lambda - 1| over all edges and all mapping times.
+    """Mapping whose temporary displacements minimise max |lambda - 1| over all edges and all mapping times.
 
-    The paper bounds |Lambda_max - 1|, which sees no compression; this bounds both. Descent begins at the half-way
-    shape of the inextensible tie, from several directions, and is deterministic.
+    The source bounds |Lambda_max - 1| with the largest stretch Lambda_max, Eqs. (A.4) and (A.5), which does not limit
+    compression; here both extension and compression are bounded. The search is deterministic. It begins at the shape
+    of the inextensible mapping at t = 1/2, for several directions.
 
     Args:
         target: vertices of the knotted centreline, shape (n + 1, 3), mm.
-        degree: p of the temporary displacement.
+        degree: p of the polynomial.
         threshold: largest |lambda - 1| allowed.
-        refine: go on to the minimum instead of stopping at the threshold.
+        refine: minimise |lambda - 1| instead of stopping at the threshold.
         direction: of the straight rod, or "best" to optimise it too.
-        start: place of the straight rod's first vertex, shape (3,), mm; by default its middle lies at the target's
-            centroid. It has no influence on the stretch.
+        start: position of the straight rod's first vertex, shape (3,), mm; by default the rod's middle lies at the
+            target's centroid. It has no influence on the stretch.
 
     Raises:
-        InputError: the target, degree, threshold or direction makes no sense.
-        NotConverged: the threshold is out of reach; the message says what was reached.
+        InputError: the target, degree, threshold or direction is not valid.
+        NotConverged: the search does not reach the threshold; the message says what it has reached.
     """
     began = time.perf_counter()
     points = check_target(target)
     n, h = len(points) - 1, mean_chord(points)
-    if isinstance(degree, bool) or not isinstance(degree, int | np.integer) or not 1 <= degree <= min(n, 40):
-        raise InputError(
-            "wrong degree of the temporary displacement", found=degree, expected=f"an integer, 1 to {min(n, 40)}"
-        )
-    if not 0.0 < threshold < np.inf:
-        raise InputError("wrong stretch threshold", found=threshold, expected="a positive number")
     edges = np.diff(points, axis=0) / h
-    lengths = np.linalg.norm(edges, axis=1)
-    if np.abs(lengths - 1.0).max() >= threshold:
-        raise InputError(
-            "the target's own chords differ by more than the stretch threshold",
-            found=f"{lengths.min():.4g} to {lengths.max():.4g} of their mean",
-            expected=f"within {threshold:g}: resample by equal chords",
-        )
+    _check_arguments(edges, degree, threshold, direction)
     legendre = legvander(np.linspace(-1.0, 1.0, n + 1), degree)
     basis, triangle = np.linalg.qr(np.diff(legendre[:, 1:], axis=0))
-    free = isinstance(direction, str)
-    if free and direction != "best":
-        raise InputError("wrong direction of the straight rod", found=direction, expected="'best' or three numbers")
-    problem = Minimax(edges, basis, free, 0.0 if refine else threshold)
-    halfway = list(candidate_directions(edges / lengths[:, None], _STARTS))
-    if free:
-        guesses = [problem.first_guess(towards, towards) for towards in halfway]
-    else:
-        given = check_direction(direction)
-        guesses = [problem.first_guess(given, towards) for towards in (given, *halfway)]
-    guesses.sort(key=lambda guess: guess.deviation)
-    reached = guesses[:1]
-    descents = 0
-    while reached[0].deviation >= problem.threshold and descents < len(guesses):
-        reached.append(problem.descend(guesses[descents]))
-        reached.sort(key=lambda shape: shape.deviation)
-        descents += 1
-    best = reached[0]
-    if best.deviation >= problem.threshold:
-        polished = [problem.polish(shape) for shape in reached if shape.deviation < _NEARLY * best.deviation]
-        best = min(polished, key=lambda shape: shape.deviation)
+    problem = Minimax(edges, basis, isinstance(direction, str), 0.0 if refine else threshold)
+    best, descents = _search(problem, direction)
     if best.deviation >= threshold:
         raise NotConverged(
             f"temporary displacements of degree {degree} keep max |lambda - 1| at {best.deviation:.4g}, "
@@ -163,8 +141,54 @@ def polynomial_path(
         search={
             "threshold": float(threshold),
             "refined": bool(refine),
-            "direction_optimised": free,
+            "direction_optimised": problem.free_direction,
             "descents": descents,
             "seconds": time.perf_counter() - began,
         },
     )
+
+
+def _check_arguments(edges: Array, degree: int, threshold: float, direction: str | ArrayLike) -> None:
+    """Raise InputError for what `polynomial_path` cannot use; edges of the target over h, shape (n, 3)."""
+    highest = min(len(edges), _HIGHEST_DEGREE)
+    if isinstance(degree, bool) or not isinstance(degree, int | np.integer) or not 1 <= degree <= highest:
+        raise InputError(
+            "wrong degree of the temporary displacement", found=degree, expected=f"an integer, 1 to {highest}"
+        )
+    if not 0.0 < threshold < np.inf:
+        raise InputError("wrong stretch threshold", found=threshold, expected="a positive number")
+    lengths = np.linalg.norm(edges, axis=1)
+    if np.abs(lengths - 1.0).max() >= threshold:
+        raise InputError(
+            "the target's own chords differ by more than the stretch threshold",
+            found=f"{lengths.min():.4g} to {lengths.max():.4g} of their mean",
+            expected=f"within {threshold:g}: resample by equal chords",
+        )
+    if isinstance(direction, str) and direction != "best":
+        raise InputError("wrong direction of the straight rod", found=direction, expected="'best' or three numbers")
+
+
+def _search(problem: Minimax, direction: str | ArrayLike) -> tuple[Shape, int]:
+    """Best parameters that descents from several first guesses reach, and the number of descents.
+
+    Descents stop at the first that is below the problem's threshold. If none is, the best ones are refined.
+    """
+    lengths = np.linalg.norm(problem.end, axis=1)
+    halfway = list(candidate_directions(problem.end / lengths[:, None], _STARTS))
+    if problem.free_direction:
+        guesses = [problem.first_guess(towards, towards) for towards in halfway]
+    else:
+        given = check_direction(direction)
+        guesses = [problem.first_guess(given, towards) for towards in (given, *halfway)]
+    guesses.sort(key=lambda guess: guess.deviation)
+    reached = guesses[:1]
+    descents = 0
+    while reached[0].deviation >= problem.threshold and descents < len(guesses):
+        reached.append(problem.descend(guesses[descents]))
+        reached.sort(key=lambda shape: shape.deviation)
+        descents += 1
+    best = reached[0]
+    if best.deviation >= problem.threshold:
+        polished = [problem.polish(shape) for shape in reached if shape.deviation < _NEARLY * best.deviation]
+        best = min(polished, key=lambda shape: shape.deviation)
+    return best, descents

@@ -1,4 +1,4 @@
-"""The swept state: cross-sections carried on a centreline, close to the equilibrium of the bent solid."""
+"""Swept state: cross-sections placed along a centreline, close to the equilibrium of the bent solid."""
 
 from __future__ import annotations
 
@@ -6,13 +6,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotfem.errors import InputError
-from knotfem.tie.path import Array, check_target
+from knotfem.geometry.vectors import unit_edges
+from knotfem.tie.path import check_target
+from knotfem.types import Array
 
 
 def frame_curvature(points: ArrayLike, frames: ArrayLike) -> Array:
-    """Returns the components (k1, k2) of the curvature vector dt/ds = k1 d1 + k2 d2 of a polyline.
+    """Return the components (k1, k2) of the curvature vector dt/ds = k1 d1 + k2 d2 of a polyline.
 
-    For chords of a circle the inner vertices are exact; the end sections take their neighbour's components.
+    At the inner vertices they are exact for chords of a circle; the first and the last vertex take the components of
+    their neighbour.
 
     Args:
         points: centreline vertices, shape (n + 1, 3), mm.
@@ -26,12 +29,10 @@ def frame_curvature(points: ArrayLike, frames: ArrayLike) -> Array:
     """
     vertices = check_target(points)
     axes = _check_frames(frames, len(vertices))
-    edges = np.diff(vertices, axis=0)
-    lengths = np.linalg.norm(edges, axis=1)
-    tangents = edges / lengths[:, None]
-    turn = np.diff(tangents, axis=0) / (0.5 * (lengths[1:] + lengths[:-1]))[:, None]
+    lengths = np.linalg.norm(np.diff(vertices, axis=0), axis=1)
+    curvature = np.diff(unit_edges(vertices), axis=0) / (0.5 * (lengths[1:] + lengths[:-1]))[:, None]
     components = np.empty((len(vertices), 2))
-    components[1:-1] = np.einsum("ia,ika->ik", turn, axes[1:-1, :2])
+    components[1:-1] = np.einsum("ia,ika->ik", curvature, axes[1:-1, :2])
     components[0], components[-1] = components[1], components[-2]
     return components
 
@@ -44,27 +45,31 @@ def swept_state(
     curvature: ArrayLike | None = None,
     stretch: ArrayLike | None = None,
 ) -> Array:
-    """Carries a cross-section along a centreline, with the leading-order lateral strains of bending and stretch.
+    """Return the positions of a cross-section's nodes along a centreline, with the lateral strains of first order.
 
-    Bending strains the fibre at (x, y) by -(k1 x + k2 y), so the section swells there by nu (k1 x + k2 y) in both
-    directions without shear: the anticlastic correction
-    u_x = nu (k1 (x^2 - y^2) / 2 + k2 x y), u_y = nu (k1 x y + k2 (y^2 - x^2) / 2).
-    A stretch lambda first scales the section by lambda^-nu. A node at (0, 0) lies exactly on the centreline.
+    Bending strains the fibre at (x, y) by -(k1 x + k2 y). By the Poisson effect the cross-section expands there by
+    nu (k1 x + k2 y) in both directions without shear, which is the anticlastic displacement
+
+        u_x = nu (k1 (x^2 - y^2)/2 + k2 x y),    u_y = nu (k1 x y + k2 (y^2 - x^2)/2).
+
+    A stretch lambda scales the cross-section by lambda^-nu beforehand. A node at (0, 0) lies exactly on the centreline.
+    Source: Timoshenko and Goodier, Theory of Elasticity (1970), on pure bending of prismatical bars.
 
     Args:
         points: centreline vertices, shape (n + 1, 3), mm.
-        frames: rows d1, d2, t of every vertex, shape (n + 1, 3, 3); rotation-minimising for a rod without twist.
-        section_points: nodes of the section in (d1, d2), shape (m, 2), mm.
-        poisson: Poisson's ratio nu, 0.5 for an incompressible rod; 0 carries the sections rigidly.
-        curvature: k1, k2 of every vertex, shape (n + 1, 2), 1/mm; by default `frame_curvature`.
-        stretch: lambda of every edge, shape (n,); by default 1.
+        frames: rows d1, d2, t of every vertex, shape (n + 1, 3, 3); rotation-minimising frames
+            if the rod has no twist.
+        section_points: coordinates of the cross-section's nodes along d1 and d2, shape (m, 2), mm.
+        poisson: Poisson's ratio nu, 0.5 for an incompressible rod; with 0 the cross-sections are moved rigidly.
+        curvature: k1, k2 at every vertex, shape (n + 1, 2), 1/mm; by default from `frame_curvature`.
+        stretch: lambda of every edge, shape (n,); by default 1. A vertex takes the mean of its edges.
 
     Returns:
         Positions, shape (n + 1, m, 3), mm.
 
     Raises:
         InputError: wrong shapes, values that are not finite, frames that are not right-handed and orthonormal, or a
-            curvature at which neighbouring sections cut each other.
+            curvature at which neighbouring cross-sections intersect.
     """
     vertices = check_target(points)
     count = len(vertices)
@@ -73,25 +78,37 @@ def swept_state(
     if not -1.0 < poisson <= 0.5:
         raise InputError("wrong Poisson's ratio", found=poisson, expected="-1 < nu <= 0.5")
     k = frame_curvature(vertices, axes) if curvature is None else _check_shape("curvature", curvature, (count, 2))
-    lateral = np.ones(count)
-    if stretch is not None:
-        edges = _check_shape("stretch", stretch, (count - 1,))
-        if edges.min() <= 0.0:
-            raise InputError("a stretch is not positive", found=edges.min())
-        lateral = np.concatenate([edges[:1], 0.5 * (edges[1:] + edges[:-1]), edges[-1:]]) ** -poisson
+    lateral = np.ones(count) if stretch is None else _lateral_stretch(stretch, count, poisson)
     x, y = lateral[:, None] * section[:, 0], lateral[:, None] * section[:, 1]
     k1, k2 = k[:, :1], k[:, 1:]
-    shortening = k1 * x + k2 * y
+    _refuse_intersections(k1 * x + k2 * y, k)
+    across = x + poisson * (0.5 * k1 * (x * x - y * y) + k2 * x * y)
+    along = y + poisson * (k1 * x * y + 0.5 * k2 * (y * y - x * x))
+    return vertices[:, None] + across[:, :, None] * axes[:, None, 0] + along[:, :, None] * axes[:, None, 1]
+
+
+def _lateral_stretch(stretch: ArrayLike, count: int, poisson: float) -> Array:
+    """lambda^-nu at every vertex, shape (count,)."""
+    edges = _check_shape("stretch", stretch, (count - 1,))
+    if edges.min() <= 0.0:
+        raise InputError("a stretch is not positive", found=edges.min())
+    return np.concatenate([edges[:1], 0.5 * (edges[1:] + edges[:-1]), edges[-1:]]) ** -poisson
+
+
+def _refuse_intersections(shortening: Array, curvature: Array) -> None:
+    """Raise InputError where bending shortens a fibre to nothing.
+
+    Args:
+        shortening: of the fibres at every vertex by bending, shape (n + 1, m).
+        curvature: k1, k2 at every vertex, shape (n + 1, 2), 1/mm.
+    """
     if shortening.max() >= 1.0:
         vertex = int(shortening.max(axis=1).argmax())
         raise InputError(
             f"the centreline is curved so sharply at vertex {vertex} that neighbouring sections cut each other",
-            found=f"curvature {np.hypot(*k[vertex]):.4g} 1/mm, {shortening.max():.3g} of the limit",
+            found=f"curvature {np.hypot(*curvature[vertex]):.4g} 1/mm, {shortening.max():.3g} of the limit",
             expected="a radius of curvature larger than the rod's radius",
         )
-    across = x + poisson * (0.5 * k1 * (x * x - y * y) + k2 * x * y)
-    along = y + poisson * (k1 * x * y + 0.5 * k2 * (y * y - x * x))
-    return vertices[:, None] + across[:, :, None] * axes[:, None, 0] + along[:, :, None] * axes[:, None, 1]
 
 
 def _check_shape(name: str, values: ArrayLike, shape: tuple[int | None, ...]) -> Array:

@@ -3,12 +3,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from knotfem.tie.direction import best_direction, candidate_directions, largest_angle
+from knotfem.geometry.vectors import angles_between
+from knotfem.tie.direction import best_direction, candidate_directions
 
 
 def sphere(rng: np.random.Generator, count: int) -> np.ndarray:
     vectors = rng.normal(size=(count, 3))
     return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+
+
+def largest_angle(tangents: np.ndarray, direction: np.ndarray) -> float:
+    """Largest angle between the direction and the tangents, rad."""
+    return float(angles_between(tangents, direction).max())
 
 
 @given(seed=st.integers(0, 10**6), count=st.integers(4, 40), pole=st.floats(-2.0, 2.0))

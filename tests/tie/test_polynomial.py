@@ -9,7 +9,8 @@ from numpy.polynomial.legendre import legval
 
 from knotfem.errors import NotConverged
 from knotfem.tie import make_path
-from knotfem.tie.minimax import Minimax, smoothed_deviation
+from knotfem.tie.minimax import Minimax
+from knotfem.tie.smooth_maximum import smoothed_deviation
 
 
 @pytest.mark.parametrize("free", [False, True])
