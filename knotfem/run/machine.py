@@ -7,7 +7,6 @@ import platform
 import sys
 from collections.abc import Mapping
 from importlib.util import find_spec
-from pathlib import Path
 from typing import Any
 
 from knotfem.errors import MissingDependency
@@ -30,10 +29,7 @@ def describe() -> dict[str, Any]:
         },
         "threads": {"processors": os.cpu_count(), "usable": usable_threads(), **_thread_settings()},
         "pictures": _pictures(),
-        "compiled kernels": {
-            "folder": str(_cache_folder()),
-            "writable": os.access(_existing(_cache_folder()), os.W_OK),
-        },
+        "compiled kernels": _kernels(),
     }
 
 
@@ -98,11 +94,10 @@ def _pictures() -> dict[str, str]:
     }
 
 
-def _cache_folder() -> Path:
-    """Where numba keeps compiled kernels: the folder it is told, or the library's own."""
-    told = os.environ.get("NUMBA_CACHE_DIR")
-    return Path(told) if told else Path(__file__).parents[1] / "contact" / "__pycache__"
+def _kernels() -> dict[str, Any]:
+    """The folder of compiled kernels; another than the wanted one, or none, where that cannot be written."""
+    from knotfem.compiled import cache_folder, wanted_folder
 
-
-def _existing(path: Path) -> Path:
-    return path if path.exists() else _existing(path.parent)
+    wanted, folder = wanted_folder(), cache_folder()
+    found = {"folder": str(folder or wanted), "writable": folder is not None}
+    return found if folder in (wanted, None) else {**found, "cannot be written": str(wanted)}
