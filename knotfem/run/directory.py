@@ -250,19 +250,33 @@ class RunDirectory:
         Raises:
             InputError: another process is computing the run.
         """
+        from filelock import FileLock, Timeout
+
+        file = self._lock_file
+        lock = FileLock(file, timeout=0)
         try:
-            import fcntl
-        except ImportError:  # Windows has no such locks
-            yield
-            return
-        with self.scene_file.open("rb") as file:
-            try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                raise InputError("another process is computing this run", file=self.path) from None
+            lock.acquire()
+        except Timeout:
+            raise InputError("another process is computing this run", file=self.path) from None
+        except OSError as error:
+            raise cannot_write(file, error) from error
+        try:
             for part in self.path.rglob(f".*{PART_SUFFIX}"):
                 part.unlink(missing_ok=True)
             yield
+        finally:
+            with suppress(OSError):  # Windows removes it on release
+                file.unlink(missing_ok=True)
+            lock.release()
+
+    @property
+    def _lock_file(self) -> Path:
+        """Beside the run, so that the run's folder has nothing but the run, or in it where the place is not ours.
+
+        A process that is killed leaves the file, but not the lock.
+        """
+        folder = self.path.resolve()
+        return folder.with_name(f".{folder.name}.lock") if os.access(folder.parent, os.W_OK) else folder / ".lock"
 
 
 def _fixed_by_tying(scene: Scene) -> dict[str, Any]:

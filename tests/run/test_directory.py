@@ -163,6 +163,16 @@ def test_one_process_at_a_time(run: RunDirectory) -> None:
     other.join()
     with run.locked():
         pass
+    assert os.listdir(run.path.parent) == [run.path.name]
+
+
+def test_a_run_in_a_folder_that_is_not_ours(run: RunDirectory, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(os, "access", lambda path, mode: False)
+    with run.locked():
+        assert os.listdir(run.path.parent) == [run.path.name]
+        with pytest.raises(InputError, match="another process"), RunDirectory(run.path).locked():
+            pass
+    assert os.listdir(run.path) == ["scene.toml"]
 
 
 def test_what_a_crash_left_is_swept(run: RunDirectory) -> None:
