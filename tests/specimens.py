@@ -9,7 +9,6 @@ from knotfem.verify.benchmarks.rods import (
     make_rod,
     march,
     moduli,
-    shipped_section,
     static,
     surfaces,
 )
@@ -23,7 +22,6 @@ __all__ = [
     "make_rod",
     "march",
     "moduli",
-    "shipped_section",
     "static",
     "surfaces",
 ]

@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from itertools import pairwise
 from math import cos, pi, sin, sqrt
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from knotfem.errors import MissingDependency
-
-if TYPE_CHECKING:
-    from knotfem.mesh.section import Layout
+from knotfem.mesh.layout import Layout
 
 Corner = tuple[float, float]
+
+_OPTIONS = {"General.Terminal": 0, "Mesh.ElementOrder": 1, "Mesh.SubdivisionAlgorithm": 0, "Mesh.MeshOnlyVisible": 0}
+"""Options of gmsh that the mesh depends on; those of the program around are put back afterwards."""
+_TIGHT = 1e-6
 
 
 def mesh_blocks(layout: Layout) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Mesh the unit disc block by block in gmsh.
+
+    Nothing is printed, no signal handler is set, and a program around that uses gmsh finds its models, the current one
+    and its options as they were.
 
     Args:
         layout: core block and rings.
@@ -28,6 +35,27 @@ def mesh_blocks(layout: Layout) -> tuple[NDArray[np.float64], NDArray[np.int64]]
 
     Raises:
         MissingDependency: gmsh or a system library that it loads is absent.
+    """
+    with _gmsh() as gmsh:
+        _Model(gmsh, layout).build()
+        gmsh.model.mesh.generate(2)
+        tags, coordinates, _ = gmsh.model.mesh.getNodes()
+        _, quads = gmsh.model.mesh.getElementsByType(gmsh.model.mesh.getElementType("quadrangle", 1))
+    order = np.argsort(tags)
+    points = np.asarray(coordinates, dtype=np.float64).reshape(-1, 3)[order, :2]
+    outer = np.hypot(*points.T) > 1 - _TIGHT
+    step = 2 * pi / (4 * layout.across)
+    angle = step * np.round(np.arctan2(points[outer, 1], points[outer, 0]) / step)
+    points[outer] = np.column_stack([np.cos(angle), np.sin(angle)])
+    return points, np.searchsorted(tags[order], np.asarray(quads)).reshape(-1, 4).astype(np.int64)
+
+
+@contextmanager
+def _gmsh() -> Iterator[Any]:
+    """gmsh with an empty model of our own.
+
+    Raises:
+        MissingDependency: it cannot be imported.
     """
     try:
         import gmsh
@@ -41,24 +69,24 @@ def mesh_blocks(layout: Layout) -> tuple[NDArray[np.float64], NDArray[np.int64]]
     foreign = bool(gmsh.isInitialized())
     if not foreign:
         gmsh.initialize(interruptible=False, readConfigFiles=False)
+    before = {name: gmsh.option.getNumber(name) for name in _OPTIONS}
+    current = gmsh.model.getCurrent() if foreign else ""
     try:
-        gmsh.option.setNumber("General.Terminal", 0)
+        for name, value in _OPTIONS.items():
+            gmsh.option.setNumber(name, value)
         gmsh.model.add("knotfem section")
-        _Model(gmsh, layout).build()
-        gmsh.model.mesh.generate(2)
-        tags, coordinates, _ = gmsh.model.mesh.getNodes()
-        _, quads = gmsh.model.mesh.getElementsByType(gmsh.model.mesh.getElementType("quadrangle", 1))
-        gmsh.model.remove()
+        try:
+            yield gmsh
+        finally:
+            gmsh.model.remove()
     finally:
-        if not foreign:
+        if foreign:
+            for name, value in before.items():
+                gmsh.option.setNumber(name, value)
+            if current in gmsh.model.list():
+                gmsh.model.setCurrent(current)
+        else:
             gmsh.finalize()
-    order = np.argsort(tags)
-    points = np.asarray(coordinates, dtype=np.float64).reshape(-1, 3)[order, :2]
-    outer = np.hypot(*points.T) > 1 - 1e-6
-    step = 2 * pi / (4 * layout.across)
-    angle = step * np.round(np.arctan2(points[outer, 1], points[outer, 0]) / step)
-    points[outer] = np.column_stack([np.cos(angle), np.sin(angle)])
-    return points, np.searchsorted(tags[order], np.asarray(quads)).reshape(-1, 4).astype(np.int64)
 
 
 class _Model:

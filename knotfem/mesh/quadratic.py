@@ -9,10 +9,10 @@ from knotfem.mesh.section import Section
 
 FloatArray = NDArray[np.float64]
 
-NODES = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [0, -1], [1, 0], [0, 1], [-1, 0], [0, 0]], dtype=np.int64)
-"""Reference coordinates of the nodes of a quadrilateral, shape (9, 2)."""
-
+FIVE = 5
+"""Quadrilaterals of the coarsest disc that has no node of less than three."""
 _SQUARE = np.sqrt(np.pi / 10.0)
+"""Half the diagonal of a square whose area is a fifth of the circle's."""
 
 
 def five() -> Section:
@@ -31,27 +31,6 @@ def quadratic(section: Section) -> Section:
         section: of four-node quadrilaterals.
     """
     return _raise(section.points, section.quads)
-
-
-def shapes(at: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Biquadratic shape functions, shape (p, 9), and their rates, shape (p, 9, 2), at points of shape (p, 2)."""
-    x = at[:, None, :]
-    value = np.select([NODES == -1, NODES == 0, NODES == 1], [0.5 * x * (x - 1), 1 - x * x, 0.5 * x * (x + 1)])
-    rate = np.select([NODES == -1, NODES == 0, NODES == 1], [x - 0.5, -2 * x, x + 0.5])
-    return value.prod(axis=2), np.stack([rate[..., 0] * value[..., 1], value[..., 0] * rate[..., 1]], axis=2)
-
-
-def moments(section: Section) -> tuple[float, float, float, float]:
-    """Area and integrals of y^2, x^2 and x y over a unit section, as 3 x 3 points see it."""
-    line, weight = np.polynomial.legendre.leggauss(3)
-    at = np.array([(x, y) for y in line for x in line])
-    value, rate = shapes(at)
-    corners = section.points[section.quads]
-    jacobian = np.linalg.det(np.einsum("qai,pak->qpik", corners, rate))
-    share = jacobian * np.outer(weight, weight).ravel()
-    x, y = np.moveaxis(np.einsum("qai,pa->qpi", corners, value), -1, 0)
-    sums = (share.sum(), (share * y * y).sum(), (share * x * x).sum(), (share * x * y).sum())
-    return float(sums[0]), float(sums[1]), float(sums[2]), float(sums[3])
 
 
 def _raise(points: FloatArray, quads: NDArray[np.int64]) -> Section:

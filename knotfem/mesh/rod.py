@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotfem.errors import InputError
-from knotfem.mesh.section import Section, scale_for_bending
+from knotfem.mesh.section import Section
+from knotfem.mesh.section_properties import scale_for_bending
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

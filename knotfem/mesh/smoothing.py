@@ -12,6 +12,8 @@ from knotfem.mesh.section import Section
 FloatArray = NDArray[np.float64]
 
 _EVENNESS = 0.5
+_SAME = 1e-5
+"""Distance [radii] of places that symmetry makes one: far above what the minimum is found to, far below a spacing."""
 _SMALL = 0.01  # unknowns in hundredths of the radius keep the first step short of an inversion
 
 
@@ -74,12 +76,14 @@ def _regular(sides: int) -> FloatArray:
 
 def _symmetric(points: FloatArray) -> FloatArray:
     """Average over each orbit of the square's symmetry group, exact to the last bit."""
+    from scipy.spatial import KDTree
+
     folded = np.sort(np.abs(points), axis=1)
-    folded[folded < 1e-8] = 0.0
-    equal = np.abs(folded[:, 1] - folded[:, 0]) < 1e-8
+    folded[folded < _SAME] = 0.0
+    equal = np.abs(folded[:, 1] - folded[:, 0]) < _SAME
     folded[equal] = folded[equal].mean(axis=1)[:, None]
-    _, orbit = np.unique(np.round(folded, 5), axis=0, return_inverse=True)
-    orbit = orbit.ravel()
+    orbit = np.array([min(near) for near in KDTree(folded).query_ball_point(folded, _SAME)])
+    _, orbit = np.unique(orbit, return_inverse=True)
     count = np.bincount(orbit)
     mean = np.column_stack([np.bincount(orbit, weights=folded[:, i]) / count for i in (0, 1)])
     ordered = np.abs(points[:, 0]) <= np.abs(points[:, 1])

@@ -16,6 +16,9 @@ from knotfem.scene.model import Scene
 from knotfem.scene.rods import CURVE_SUFFIXES
 from knotfem.scene.table import input_error
 
+_ALTERNATIVES = {"section": "section_elements", "section_elements": "section"}
+"""Keys of a rod's mesh of which only one may be given."""
+
 
 def load_scene(source: str | Path, overrides: Sequence[str] = ()) -> Scene:
     """Read and validate a scene.
@@ -35,6 +38,8 @@ def load_scene(source: str | Path, overrides: Sequence[str] = ()) -> Scene:
     tables = read_toml(path)
     tables.setdefault("name", re.sub(r"[^A-Za-z0-9_.-]+", "-", path.stem))
     _make_absolute(tables, path.parent)
+    for override in overrides:
+        _make_room(tables, override)
     for override in overrides:
         _override(tables, override)
     _make_absolute(tables, Path())
@@ -80,6 +85,14 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise InputError(f"cannot be read ({error.strerror})", file=path) from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"not a TOML file: {error}", file=path) from None
+
+
+def _make_room(tables: dict[str, Any], text: str) -> None:
+    """Drop the key of the file in whose stead an override stands."""
+    key, value = _split(text)
+    above, dot, last = key.rpartition(".")
+    if dot and last in _ALTERNATIVES and value.strip() != "none":
+        _override(tables, f"{above}.{_ALTERNATIVES[last]}=none")
 
 
 def _override(tables: dict[str, Any], text: str) -> None:
@@ -130,6 +143,9 @@ def _make_absolute(tables: dict[str, Any], folder: Path) -> None:
         curve = rod.get("centerline") if isinstance(rod, dict) else None
         if isinstance(curve, str) and Path(curve).suffix in CURVE_SUFFIXES:
             rod["centerline"] = str((folder / curve).resolve())
+        mesh = rod.get("mesh") if isinstance(rod, dict) else None
+        if isinstance(mesh, dict) and isinstance(mesh.get("section"), str):
+            mesh["section"] = str((folder / mesh["section"]).resolve())
     tie = tables.get("tie")
     if isinstance(tie, dict) and isinstance(tie.get("source"), str):
         tie["source"] = str((folder / tie["source"]).resolve())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 
-from knotfem.models.solid.body import shipped_section
+from knotfem.mesh.make_section import section_of
 from knotfem.models.solid.formulation import order
 from knotfem.run.check import ITERATIONS_A_MM, MEMORY_MB, RELAXING_ITERATIONS, seconds_an_iteration
 from knotfem.scene.model import Scene
@@ -48,4 +48,4 @@ def _section_nodes(rod: Rod) -> int:
 
 @cache
 def _nodes(count: int, degree: int) -> int:
-    return len(shipped_section(count, degree).points)
+    return len(section_of(count, degree).points)

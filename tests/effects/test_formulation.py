@@ -1,15 +1,16 @@
 import numpy as np
 import pytest
 from derivatives import tangent
-from specimens import make_rod, shipped_section
+from specimens import make_rod
 
 from knotfem.errors import InputError
+from knotfem.mesh.make_section import section_of
 from knotfem.models.solid.formulation import make_formulation, names
 
 
 @pytest.mark.parametrize("element", ["hex8", "hex8-reduced", "hex8-incompatible"])
 def test_gradients_reproduce_linear_fields_and_weights_the_volume(element):
-    section = shipped_section(44)
+    section = section_of(44)
     quads = section.points[section.quads]
     form = make_formulation(element, quads, 0.7)
     corners = np.concatenate([np.concatenate([quads, np.full((44, 4, 1), z)], axis=2) for z in (0.0, 0.7)], axis=1)

@@ -5,7 +5,7 @@ import pytest
 from knotfem.errors import InputError
 from knotfem.mesh.export import export
 from knotfem.mesh.rod import RodMesh, extrude
-from knotfem.mesh.section import read_section
+from knotfem.mesh.section_file import read_section
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,9 @@ from knotfem.mesh.export import export
 from knotfem.mesh.quadratic import five, quadratic
 from knotfem.mesh.quality import report
 from knotfem.mesh.rod import extrude
-from knotfem.mesh.section import Section, area, read_section, scale_for_bending, second_moments
+from knotfem.mesh.section import Section
+from knotfem.mesh.section_file import read_section
+from knotfem.mesh.section_properties import area, scale_for_bending, second_moments
 
 
 @pytest.fixture(params=[4, 5, 12])

@@ -4,7 +4,8 @@ import pytest
 from knotfem.errors import InputError
 from knotfem.mesh.quality import report, to_skfem
 from knotfem.mesh.rod import RodMesh, extrude
-from knotfem.mesh.section import area, read_section
+from knotfem.mesh.section_file import read_section
+from knotfem.mesh.section_properties import area
 
 
 @pytest.fixture(scope="module")

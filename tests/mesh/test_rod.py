@@ -5,7 +5,8 @@ from hypothesis import strategies as st
 
 from knotfem.errors import InputError
 from knotfem.mesh.rod import RodMesh, extrude
-from knotfem.mesh.section import Section, read_section
+from knotfem.mesh.section import Section
+from knotfem.mesh.section_file import read_section
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,7 @@ import pytest
 
 from knotfem.errors import InputError, MissingDependency
 from knotfem.mesh.rod import RodMesh, extrude
-from knotfem.mesh.section import read_section
+from knotfem.mesh.section_file import read_section
 from knotfem.plot import opengl
 from knotfem.plot.render import Camera, Cylinder, render_mesh, zoomed
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from knotfem.mesh.rod import RodMesh, extrude
-from knotfem.mesh.section import read_section
+from knotfem.mesh.section_file import read_section
 from knotfem.plot.surface import Surface, boundary, on_nodes, smooth_tube
 
 

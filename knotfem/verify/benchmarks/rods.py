@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 
-from knotfem import shipped
 from knotfem.contact.tube import Samples, Tubes, make_samples, make_tubes
-from knotfem.mesh.quadratic import five, quadratic
+from knotfem.mesh.make_section import section_of
 from knotfem.mesh.rod import RodMesh, extrude
-from knotfem.mesh.section import Section, read_section
+from knotfem.mesh.section import Section
 from knotfem.models.solid.core import Core
 from knotfem.models.solid.elasticity import Elasticity
 from knotfem.models.solid.formulation import lumped_mass, make_formulation, order
@@ -27,18 +25,6 @@ from knotfem.tie.sweep import swept_state
 
 DENSITY = 1.16e-9
 """Of the paper's elastomer [tonne/mm^3]."""
-
-
-@cache
-def shipped_section(elements: int) -> Section:
-    return read_section(shipped.section_path(elements))
-
-
-def section_of(elements: int, order: int) -> Section:
-    """A shipped section, or one of nine-node quadrilaterals."""
-    if order == 1:
-        return shipped_section(elements)
-    return five() if elements == 5 else quadratic(shipped_section(elements))
 
 
 def moduli(youngs: float, poisson: float) -> tuple[float, float]:
