@@ -39,6 +39,13 @@ def test_parallel_and_opposite_ends_close(ends: tuple) -> None:
     assert np.linalg.norm(np.diff(polygon, axis=0), axis=1).min() > 0
 
 
+def test_ends_in_opposite_directions_are_joined_by_half_a_circle() -> None:
+    joined = close(np.outer([-1.0, 0.0, 1.0], [0, 0, 1]))[3:]
+    assert np.linalg.norm(joined, axis=1) == pytest.approx(np.full(len(joined), FAR))
+    assert joined[[0, -1]] == pytest.approx(np.array([[0, 0, FAR], [0, 0, -FAR]]), abs=1e-12)
+    assert np.linalg.norm(np.diff(joined, axis=0), axis=1) == pytest.approx(np.full(4, 2 * FAR * np.sin(np.pi / 8)))
+
+
 def test_refuses_an_unknown_direction() -> None:
     with pytest.raises(InputError, match="unknown direction of an end; found upward"):
         close(ROD, ("tangent", "upward"))
