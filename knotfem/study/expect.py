@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import cache
 
 from knotfem.mesh.make_section import section_of
-from knotfem.models.solid.formulation import order
 from knotfem.run.check import ITERATIONS_A_MM, MEMORY_MB, RELAXING_ITERATIONS, seconds_an_iteration
+from knotfem.scene.elements import ORDERS
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import Rod
 from knotfem.scene.steps import Pull
@@ -43,7 +43,7 @@ def unknowns(scene: Scene) -> int:
 
 
 def _section_nodes(rod: Rod) -> int:
-    return _nodes(rod.mesh.section_elements, order(rod.mesh.element))
+    return _nodes(rod.mesh.section_elements, ORDERS[rod.mesh.element])
 
 
 @cache

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from knotfem import shipped
 from knotfem.errors import InputError
-from knotfem.models.solid import formulation
 from knotfem.names import suggestion
+from knotfem.scene.elements import ORDERS
 from knotfem.scene.model import Scene
 from knotfem.study.likeness import frictions_of
 
@@ -171,11 +171,11 @@ def _elements(scene: Scene) -> list[Rung]:
     own = scene.rods[0].mesh
     coarser = [n for n in SECTIONS if n < own.section_elements]
     rungs = []
-    for name in formulation.names():
+    for name in ORDERS:
         chosen = tuple(f"rods.{i}.mesh.element={name}" for i, _ in _numbered(scene))
         if name != own.element:
             rungs.append(Rung(f"element-{name}", "element", name, None, chosen))
-        for count, size in QUADRATIC if formulation.order(name) == 2 else [(n, 2.0) for n in coarser[-1:]]:
+        for count, size in QUADRATIC if ORDERS[name] == 2 else [(n, 2.0) for n in coarser[-1:]]:
             overrides = (*chosen, *_section(scene, count).overrides, *_slice(scene, size))
             setting = f"{name}, {count} elements, slices x {size:g}"
             rungs.append(Rung(f"element-{name}-{count}-x{size:g}", "element", setting, None, overrides))

@@ -16,6 +16,7 @@ from knotfem.contact.tube_cylinder import Cylinder, CylinderFriction
 from knotfem.geometry.frames import rotation_minimising_frame
 from knotfem.models.solid.core import Core
 from knotfem.models.solid.elasticity import Elasticity
+from knotfem.models.solid.formulation import brick_formulation
 from knotfem.models.solid.resultants import Resultants, resultants
 from knotfem.solver.constraints import Prescribed, driven, held
 from knotfem.solver.nonlinear.newton import NewtonSettings
@@ -28,7 +29,6 @@ from knotfem.terms.inertia import Drag
 from knotfem.terms.load import EndForce
 from knotfem.tie.sweep import swept_state
 from knotfem.verify.benchmarks.rods import Rod, arrive, make_rod, march, surfaces
-from knotfem.verify.benchmarks.solids import CORNERS, tables
 from knotfem.verify.verdict import Case, Quantity
 
 RADIUS, DRUM = 3.0, 10.0
@@ -167,7 +167,7 @@ def _part(rod: Rod, first: int, last: int, turn: float = 0.0) -> Part:
         for angle in (-0.5 * turn, 0.5 * turn):
             out = MIDDLE + quads[..., 0]
             faces.append(np.stack([out * np.cos(angle) - MIDDLE, quads[..., 1], out * np.sin(angle)], axis=-1))
-        form = tables(np.concatenate(faces, axis=1), np.array([1.0, 1.0, 0.0]) * CORNERS[:4] / np.sqrt(3.0))
+        form = brick_formulation("hex8-reduced", np.concatenate(faces, axis=1))
     part = Elasticity(bulk.elements[first:last], form, bulk.shear_modulus, bulk.bulk_modulus)
     truss = Core(core.edges[first:last], core.edge_length, core.axial_stiffness) if core is not None else None
     return Part(rod.sections[first : last + 1], part, truss)

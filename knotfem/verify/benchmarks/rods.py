@@ -13,7 +13,8 @@ from knotfem.mesh.rod import RodMesh, extrude
 from knotfem.mesh.section import Section
 from knotfem.models.solid.core import Core
 from knotfem.models.solid.elasticity import Elasticity
-from knotfem.models.solid.formulation import lumped_mass, make_formulation, order
+from knotfem.models.solid.formulation import lumped_mass, make_formulation
+from knotfem.scene.elements import ORDERS
 from knotfem.solver.constraints import Prescribed
 from knotfem.solver.nonlinear.newton import Iterations, NewtonSettings, solve
 from knotfem.solver.schemes import Scheme
@@ -114,7 +115,7 @@ def make_rod(
     first: int = 0,
     match_bending: bool = True,
 ) -> Rod:
-    shape = section_of(section, order(element)) if isinstance(section, int) else section
+    shape = section_of(section, ORDERS[element]) if isinstance(section, int) else section
     mesh = extrude(shape, radius, length, slices, match_bending=match_bending)
     points = mesh.nodes[: len(shape.points), :2]
     form = make_formulation(element, points[shape.quads], mesh.span * mesh.element_length)

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from knotfem.models.solid.elasticity import Elasticity
-from knotfem.models.solid.formulation import CENTRE, Formulation, linear_modes, plain
+from knotfem.models.solid.formulation import brick_formulation
 from knotfem.solver.constraints import Prescribed, held, turned
 from knotfem.solver.schemes import Scheme
 from knotfem.solver.system import System
@@ -22,38 +22,11 @@ CORNERS = np.array(
 )
 
 
-def tables(corners: np.ndarray, points: np.ndarray, *, incompatible: bool = False) -> Formulation:
-    """Tables of trilinear hexahedra of any shape, with constant pressure.
-
-    Args:
-        corners: of each hexahedron, shape [hexes, 8, 3].
-        points: of integration in [-1, 1]^3, of equal weights, shape [points, 3].
-        incompatible: whether with incompatible modes.
-    """
-    count = len(points)
-    grads, weights, shapes = (
-        np.empty((len(corners), count, 8, 3)),
-        np.empty((len(corners), count)),
-        np.empty((count, 8)),
-    )
-    for point, where in enumerate(points):
-        f = 1.0 + CORNERS * where
-        shapes[point] = f.prod(axis=1) / 8.0
-        rates = CORNERS * np.stack([f[:, 1] * f[:, 2], f[:, 0] * f[:, 2], f[:, 0] * f[:, 1]], axis=1) / 8.0
-        jacobian = np.einsum("eai,ak->eik", corners, rates)
-        grads[:, point] = np.einsum("ak,eki->eai", rates, np.linalg.inv(jacobian))
-        weights[:, point] = np.linalg.det(jacobian) * 8.0 / count
-    if incompatible:
-        psi = linear_modes(points, weights)
-        return Formulation(grads, weights, shapes, psi, psi[..., 1:], CENTRE)
-    return plain(grads, weights, shapes, np.ones((len(corners), count, 1)))
-
-
 def bricks(
     nodes: np.ndarray, hexes: np.ndarray, shear: float, bulk: float, *, incompatible: bool = False
 ) -> Elasticity:
     """Q1P0 on hexahedra of any shape: one "slice" in which every element has tables of its own."""
-    form = tables(nodes[hexes], CORNERS / np.sqrt(3.0), incompatible=incompatible)
+    form = brick_formulation("hex8-incompatible" if incompatible else "hex8", nodes[hexes])
     return Elasticity(hexes[None], form, shear, bulk)
 
 
