@@ -39,6 +39,7 @@ def test_tangent_turns_evenly_along_its_great_circle():
         np.testing.assert_allclose(edges[0], (0.0, 0.0, 1.0), atol=1e-14)
         np.testing.assert_allclose(edges[1], (0.0, np.sin(t * np.pi / 2), np.cos(t * np.pi / 2)), atol=1e-14)
         assert np.arccos(edges[2, 2]) == pytest.approx(t * np.pi)
+        assert np.linalg.norm(edges[2]) == pytest.approx(1.0, abs=1e-14)  # opposite to the rod: any normal will do
 
 
 def test_unequal_chords_deviate_no_further_than_the_target(bowline):
