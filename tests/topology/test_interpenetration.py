@@ -43,6 +43,13 @@ def test_sliding_touching_and_passing_the_end_are_legal() -> None:
     assert first_interpenetration([still, beyond], [still, beyond - [0, 0, 2.0]], 1.0) is None
 
 
+@pytest.mark.parametrize(("height", "reported"), [(0.04, True), (0.06, False)])
+def test_centrelines_closer_than_a_twentieth_of_a_diameter_count_as_crossing(height: float, reported: bool) -> None:
+    over = straight(1, height)
+    found = first_interpenetration([straight(0, 0.0), over], [straight(0, 0.0), over + [1.0, 0.0, 0.0]], 1.0)
+    assert (found is not None) == reported
+
+
 def test_orbit_by_a_diameter_each_is_legal() -> None:
     for angle in (0.3, 1.0, 2.0, 2.8):
         a = np.column_stack([np.linspace(-5, 5, 21), np.zeros(21), np.full(21, 0.5)])
