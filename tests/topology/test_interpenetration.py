@@ -44,9 +44,12 @@ def test_sliding_touching_and_passing_the_end_are_legal() -> None:
 
 
 @pytest.mark.parametrize(("height", "reported"), [(0.04, True), (0.06, False)])
-def test_centrelines_closer_than_a_twentieth_of_a_diameter_count_as_crossing(height: float, reported: bool) -> None:
-    over = straight(1, height)
-    found = first_interpenetration([straight(0, 0.0), over], [straight(0, 0.0), over + [1.0, 0.0, 0.0]], 1.0)
+def test_centrelines_closer_than_a_twentieth_of_a_diameter_count_as_crossing(
+    rigid: Callable[[int], tuple[Array, Array]], height: float, reported: bool
+) -> None:
+    rotation, _ = rigid(3)
+    still, over = straight(0, 0.0) @ rotation.T, straight(1, height) @ rotation.T
+    found = first_interpenetration([still, over], [still, over + rotation @ np.array([1.0, 0.0, 0.0])], 1.0)
     assert (found is not None) == reported
 
 
