@@ -1,3 +1,64 @@
-"""knotfem: knots in elastic rods, tied, pulled and read out from one command."""
+"""Knots in elastic rods: tied by a centreline mapping, pulled with frictional self-contact, read out as tension.
+
+    import knotfem as kf
+
+    scene = kf.load_scene("bowline", {"contact.friction": 0.37, "model": "rod"})
+    run = kf.pull(scene)
+    run.force.plot()
+
+Nothing heavy is imported before it is used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from knotfem.api import compare, open_run, pull, resume, steps, tie
+    from knotfem.contact.rigid import Foot, RigidSurface
+    from knotfem.errors import InputError, KnotfemError, KnotLost, NotConverged
+    from knotfem.models.base import Obstacle
+    from knotfem.results.run import Run
+    from knotfem.scene.load import load_scene
+    from knotfem.scene.model import Scene
+    from knotfem.solver.term import Role, Term, TimeStep
+
+_PLACES = {
+    "compare": "knotfem.api",
+    "open_run": "knotfem.api",
+    "pull": "knotfem.api",
+    "resume": "knotfem.api",
+    "steps": "knotfem.api",
+    "tie": "knotfem.api",
+    "Foot": "knotfem.contact.rigid",
+    "RigidSurface": "knotfem.contact.rigid",
+    "InputError": "knotfem.errors",
+    "KnotLost": "knotfem.errors",
+    "KnotfemError": "knotfem.errors",
+    "NotConverged": "knotfem.errors",
+    "Obstacle": "knotfem.models.base",
+    "Run": "knotfem.results.run",
+    "Scene": "knotfem.scene.model",
+    "load_scene": "knotfem.scene.load",
+    "Role": "knotfem.solver.term",
+    "Term": "knotfem.solver.term",
+    "TimeStep": "knotfem.solver.term",
+}
+
+__all__ = [
+    "Foot", "InputError", "KnotLost", "KnotfemError", "NotConverged", "Obstacle", "RigidSurface", "Role", "Run",
+    "Scene", "Term", "TimeStep", "compare", "load_scene", "open_run", "pull", "resume", "steps", "tie",
+]  # fmt: skip
+
+
+def __getattr__(name: str) -> Any:
+    if name in _PLACES:
+        return getattr(import_module(_PLACES[name]), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

@@ -1,47 +1,83 @@
-"""The smooth centreline: the uniform quadratic B-spline whose control points are the nodes.
+"""Smooth centrelines of discrete rods: the uniform quadratic B-spline whose control points are the nodes.
 
 It fits a discrete elastic rod: in the middle of each edge it passes through the edge and along it, between two middles
 its tangent goes from one edge's direction to the next along the great circle, just as directors are carried over the
-hinge. Gaps and directions are therefore smooth where a chain of capsules has a ripple. On an arc of curvature kappa it
+vertex. Gaps and directions are therefore smooth where a chain of capsules has a ripple. On an arc of curvature kappa it
 runs a constant h^2 kappa/12 inside the arc of the same length: a small error of second order, without ripple.
 The arclength coordinate u counts segments; beyond its ends the curve goes straight on.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from knotfem.compiled import kernel
-from knotfem.contact.tube import axial_basis
+from knotfem.contact.basis import axial_basis
+from knotfem.contact.samples import Samples, SampleView
 from knotfem.geometry.rotation import dot
 from knotfem.mesh.rod_layout import RodLayout
 
 
+class CurveView(NamedTuple):
+    """Centrelines of all rods.
+
+    Attributes:
+        first: first node of each rod and the number of all, shape [rods + 1].
+        radius: of each rod [mm], shape [rods].
+    """
+
+    first: np.ndarray
+    radius: np.ndarray
+
+
+class CurveRoom(NamedTuple):
+    """Work space for one point of a centreline.
+
+    Attributes:
+        w: weights of three nodes in the place and its first and second derivative by u, shape [3, 3].
+        C: these three, shape [3, 3].
+        q: a point minus the place, shape [3].
+    """
+
+    w: np.ndarray
+    C: np.ndarray
+    q: np.ndarray
+
+
+@kernel
+def curve_room() -> CurveRoom:
+    """Work space for one point."""
+    return CurveRoom(np.empty((3, 3)), np.empty((3, 3)), np.empty(3))
+
+
 @kernel(inline="always")
-def hinge_share(u, first):
+def between_middles(u: float, first: int) -> float:
     """Where between the middles of its two edges a point lies, 0 to 1, for a stencil that begins at `first`."""
     return min(max(u - first - 0.5, 0.0), 1.0)
 
 
 @kernel(inline="always")
-def curve_point(x, base, w, C):
-    """Place, first and second derivative by u into C (3, 3), for weights w (3, 3) at nodes base, base + 1, base + 2."""
+def curve_point(x: np.ndarray, base: int, w: np.ndarray, C: np.ndarray) -> None:
+    """Place, first and second derivative by u into C (3, 3), for weights w (3, 3) at nodes base to base + 2."""
     for d in range(3):
         for i in range(3):
             C[d, i] = w[d, 0] * x[base, i] + w[d, 1] * x[base + 1, i] + w[d, 2] * x[base + 2, i]
 
 
 @kernel
-def project(x, first_node, count, p, u, w, C, q):
-    """Closest point of a rod's curve to p by Newton from u; on return w, C and q = p - curve belong to it.
+def project(
+    x: np.ndarray, first_node: int, count: int, p: np.ndarray, u: float, room: CurveRoom
+) -> tuple[float, int, bool]:
+    """Closest point of a rod's centreline to p by Newton from u; on return `room` belongs to it.
 
-    The rod has `count` nodes from `first_node` on; w and C are (3, 3), q is (3).
+    The rod has `count` nodes from `first_node` on.
 
     Returns:
         u, first node of the stencil, and whether a minimum was found on the rod or at most one segment beyond its ends.
     """
+    w, C, q = room.w, room.C, room.q
     last = count - 1.0
     for attempt in range(40):
         base = first_node + axial_basis(u, count, w)
@@ -68,53 +104,24 @@ def project(x, first_node, count, p, u, w, C, q):
     return u, base, abs(dot(q, C[1])) < 1e-9 * dot(C[1], C[1])
 
 
-@dataclass(frozen=True, eq=False)
-class Samples:
-    """Fixed material points of the centrelines at which contact is looked for.
-
-    Attributes:
-        rod: shape [samples].
-        u: coordinate along the rod in segments, shape [samples].
-        base: first of the three nodes of each, shape [samples].
-        weights: of place, first and second derivative, shape [samples, 3, 3].
-        share: between the middles of the two edges, 0 to 1, shape [samples].
-        length: that each stands for [mm], shape [samples].
-        start: first sample of each rod and the number of all, shape [rods + 1].
-    """
-
-    rod: np.ndarray
-    u: np.ndarray
-    base: np.ndarray
-    weights: np.ndarray
-    share: np.ndarray
-    length: np.ndarray
-    start: np.ndarray
-
-
-@kernel
-def sample_points(x, base, weights, out):
-    """Places of samples into out, shape [samples, 3]."""
-    for s in range(base.size):
-        for i in range(3):
-            out[s, i] = 0.0
-            for a in range(3):
-                out[s, i] += weights[s, 0, a] * x[base[s] + a, i]
-
-
 def make_samples(layout: RodLayout, spacing: float) -> Samples:
     """Samples no further apart than `spacing` [mm], in the middles of equal pieces of each segment."""
-    rods, us, lengths = [], [], []
+    rods, us, lengths, starts = [], [], [], [0]
     for rod in range(layout.rods):
         h, nodes = float(layout.spacing[rod]), int(layout.first[rod + 1] - layout.first[rod])
         pieces = max(1, int(np.ceil(h / spacing - 1e-9)))
-        us.append((np.arange((nodes - 1) * pieces) + 0.5) / pieces)
-        rods.append(np.full(us[-1].size, rod))
-        lengths.append(np.full(us[-1].size, h / pieces))
-    rod, u = np.concatenate(rods), np.concatenate(us)
-    base, weights, share = np.empty(u.size, dtype=np.int64), np.empty((u.size, 3, 3)), np.empty(u.size)
+        u = (np.arange((nodes - 1) * pieces) + 0.5) / pieces
+        us.append(u)
+        rods.append(np.full(u.size, rod))
+        lengths.append(np.full(u.size, h / pieces))
+        starts.extend(starts[-1] + np.searchsorted(u, np.arange(nodes) + 0.5, side="left"))
+    rod, u = np.concatenate(rods).astype(np.int64), np.concatenate(us)
+    nodes, weights, between = np.empty((u.size, 3), dtype=np.int64), np.empty((u.size, 3, 3)), np.empty(u.size)
     for s in range(u.size):
-        nodes = int(layout.first[rod[s] + 1] - layout.first[rod[s]])
-        local = axial_basis(u[s], nodes, weights[s])
-        base[s], share[s] = layout.first[rod[s]] + local, hinge_share(u[s], local)
-    start = np.concatenate([[0], np.cumsum([part.size for part in us])]).astype(np.int64)
-    return Samples(rod.astype(np.int64), u, base, weights, share, np.concatenate(lengths), start)
+        local = axial_basis(u[s], int(layout.first[rod[s] + 1] - layout.first[rod[s]]), weights[s])
+        nodes[s] = layout.first[rod[s]] + local + np.arange(3)
+        between[s] = between_middles(u[s], local)
+    radius = np.asarray(layout.radius, dtype=float)[rod]
+    place, rates = weights[:, 0].copy(), weights[:, 1:].copy()
+    view = SampleView(rod, u[:, None].copy(), nodes, place, rates, between, np.concatenate(lengths), radius)
+    return Samples(view, np.array(starts, dtype=np.int64))

@@ -1,141 +1,393 @@
-"""Coulomb friction between strands: a tangential spring a pair, cut at mu N (Cundall and Strack 1979).
+"""Friction between discrete rods: a tangential spring for each pair, cut at mu N (Cundall and Strack 1979).
 
-The spring's stiffness is constant, so that no elastic energy comes from a change of the normal force, and what is
-dissipated is never negative. See `knotfem.contact.curve_friction_kernels` for what is remembered.
+A pair remembers one material point of each rod that lay where they touch when the last step was accepted, and the
+elastic slip of then. With z their difference now (secondary minus primary), T = I - n n^T and (g1, g2) the basis of the
+contact plane along the secondary rod's tangent and across it,
+
+    e = T z + e1 g1 + e2 g2          trial slip
+    traction = k e                   while k |e| <= mu N
+             = mu N e/|e|            beyond: the pair slides
+
+and the force acts on those two material points, rolling and twisting included. On an accepted step the slip is cut to
+mu N/k where the pair slides and both points are taken anew at the present contact, so that the contact may move on
+along the rods and roll without end, while slip that is not cut stays.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from knotfem.contact import curve_friction_kernels as kernels
-from knotfem.contact.curve import sample_points
-from knotfem.contact.curve_contact import Contact
-from knotfem.models.rod.frames import Frames
-from knotfem.solver.term import Arrays, StepStart, Term
-from knotfem.sparse.pattern import Matrix
-from knotfem.sparse.rod_pattern import matrix_arguments
+from knotfem.compiled import kernel
+from knotfem.contact import material_points as material
+from knotfem.contact.basis import axial_basis
+from knotfem.contact.curve import CurveView, between_middles
+from knotfem.contact.curve_pairs import (
+    PAD,
+    CurvePairRoom,
+    curve_pair_geometry,
+    curve_pair_room,
+    normal_rate,
+    stencil_nodes,
+)
+from knotfem.contact.law import penalty, sliding_work, spring_energy
+from knotfem.contact.material_points import Frames, FrameView, MaterialRoom, material_room
+from knotfem.contact.pairs import PairContact
+from knotfem.contact.samples import SampleView
+from knotfem.contact.slip import (
+    SlipRoom,
+    contact_basis,
+    slip_rate,
+    slip_room,
+    traction_of,
+    traction_rate,
+    trial_slip,
+)
+from knotfem.contact.surface import PairView
+from knotfem.geometry.rotation import dot
+from knotfem.sparse.scatter import MatrixView, add_blocks
+
+MINDLIN_STIFFNESS_RATIO = 2.0 / 3.0
+"""Tangential over normal stiffness of a Hertz contact, 2 (1 - nu)/(2 - nu), for nu = 1/2 (Mindlin 1949)."""
 
 
-@dataclass
-class Friction(Term):
-    """Friction of all pairs of a contact, which must come before it in the list of effects.
-
-    Args:
-        contact: whose pairs rub.
-        frames: which must come before it too.
-        coefficients: mu of each pair of rods, shape [rods, rods].
-        spring: tangential line stiffness [N/mm^2].
-        factor: multiplies all coefficients, as a function of time [s]; None for 1.
+class SpringView(NamedTuple):
+    """Friction of each pair of discrete rods.
 
     Attributes:
-        stored: elastic slip of each pair along the slave and across it [mm], shape [pairs, 2].
+        mu: coefficient, shape [pairs].
+        own: angle, radial and axial coordinate of the secondary rod's material point, shape [pairs, 3].
+        u: coordinate along the primary rod of its material point, shape [pairs].
+        anchor: the other coordinates of that, as in `own`.
+        stored: elastic slip in the basis of the contact plane [mm], shape [pairs, 2].
         slip: size of the trial slip [mm], shape [pairs].
-        traction: force on the master of each pair [N], shape [pairs, 3].
-        dissipated: work of sliding in the last accepted step [N mm].
-        kept: elastic energy of the springs after it [N mm].
+        traction: on the secondary rod [N], shape [pairs, 3].
+        spring: tangential line stiffness [N/mm^2].
     """
 
-    contact: Contact
-    frames: Frames
-    coefficients: np.ndarray
+    mu: np.ndarray
+    own: np.ndarray
+    u: np.ndarray
+    anchor: np.ndarray
+    stored: np.ndarray
+    slip: np.ndarray
+    traction: np.ndarray
     spring: float
-    factor: Callable[[float], float] | None = None
 
-    def __post_init__(self) -> None:
-        self.name = "friction"
-        self.symmetric = False
-        self.dissipated = self.kept = 0.0
-        self._generation = -1
-        self._now = 1.0
-        self.own, self.anchor, self.stored = np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 2))
-        self.anchor_u = np.zeros(0)
-        self._size()
 
-    def begin(self, start: StepStart) -> None:
-        self._now = 1.0 if self.factor is None else self.factor(start.end)
-        self._size()
+class PairSlipRoom(NamedTuple):
+    """Work space for the slip of one pair.
 
-    def update(self, x: np.ndarray) -> None:
-        c = self.contact
-        if self._generation == c.generation:
-            return
-        count, match = c.u.size, c.match
-        known = (match >= 0) if self.anchor_u.size else np.zeros(count, dtype=bool)
-        own, anchor, stored, u = np.zeros((count, 3)), np.zeros((count, 3)), np.zeros((count, 2)), np.zeros(count)
-        for new, old in ((own, self.own), (anchor, self.anchor), (stored, self.stored), (u, self.anchor_u)):
-            new[known] = old[match[known]]
-        self.own, self.anchor, self.stored, self.anchor_u = own, anchor, stored, u
-        self._generation = c.generation
-        self._anchor(x, ~known)
-        self._size()
+    Attributes:
+        pair: of its closest point.
+        own, other: of the two material points.
+        w: weights of the primary rod's material point, shape [3, 3].
+        slip: of the slip.
+        points: the two material points, shape [2, 3].
+    """
 
-    def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
-        c, s = self.contact, self.contact.samples
-        return kernels.assemble(
-            x, self.frames.material_arrays, c.layout.first, s.base, s.weights, s.share, s.length, c.points, c.pairs,
-            c.u, c.gap, c.share, c.law.stiffness, c.law.ramp, self.spring, self.mu, self.own, self.anchor_u,
-            self.anchor, self.stored, residual, *matrix_arguments(matrix), self.slip, self.traction,
-        )  # fmt: skip
+    pair: CurvePairRoom
+    own: MaterialRoom
+    other: MaterialRoom
+    w: np.ndarray
+    slip: SlipRoom
+    points: np.ndarray
 
-    def merit(self, x: np.ndarray) -> float:
-        c, s = self.contact, self.contact.samples
-        points = np.empty_like(c.points)
-        sample_points(x, s.base, s.weights, points)
-        return kernels.potential(
-            x, self.frames.material_arrays, c.layout.first, s.base, s.weights, s.share, s.length, points, c.pairs,
-            c.u, c.share, self.spring, self.mu, c.force, self.own, self.anchor_u, self.anchor, self.stored,
-        )  # fmt: skip
 
-    def commit(self, x: np.ndarray) -> None:
-        c, s = self.contact, self.contact.samples
-        self.dissipated, self.kept = kernels.commit(
-            x, self.frames.material_arrays, c.layout.first, s.base, s.weights, s.share, s.length, c.points, c.pairs,
-            c.u, c.share, self.spring, self.mu, c.force, self.own, self.anchor_u, self.anchor, self.stored,
-        )  # fmt: skip
-        self._anchor(x, np.isfinite(c.gap))
+@kernel
+def _pair_slip_room() -> PairSlipRoom:
+    return PairSlipRoom(
+        curve_pair_room(), material_room(), material_room(), np.empty((3, 3)), slip_room(), np.empty((2, 3))
+    )
 
-    def history(self) -> Arrays:
+
+@kernel
+def _pair_slip(
+    x: np.ndarray, frames: FrameView, curves: CurveView, samples: SampleView, points: np.ndarray,
+    pair: tuple[PairView, int], friction: SpringView, room: PairSlipRoom,
+) -> tuple[float, float, int]:  # fmt: skip
+    """Trial slip of one pair into `room`; returns |q|, h of `curve_pair_geometry` and the anchor's first node."""
+    pairs, k = pair
+    s: int = pairs.sample[k]
+    rod: int = pairs.rod[k]
+    first: int = curves.first[rod]
+    count: int = curves.first[rod + 1] - first
+    size, h, _ = curve_pair_geometry(x, curves, samples, points[s], s, rod, pairs.at[k, 0], room.pair)
+    base: int = samples.nodes[s, 0]
+    own, anchor = friction.own[k], friction.anchor[k]
+    material.material_frame(x, base, samples.between[s], frames, own[0], room.own)
+    material.material_point(x, base, samples.weights[s], own[1], own[2], room.own, room.points[0])
+    local = axial_basis(friction.u[k], count, room.w)
+    ahead = first + local
+    material.material_frame(x, ahead, between_middles(friction.u[k], local), frames, anchor[0], room.other)
+    material.material_point(x, ahead, room.w[0], anchor[1], anchor[2], room.other, room.points[1])
+    for i in range(3):
+        room.slip.z[i] = room.points[0, i] - room.points[1, i]
+    contact_basis(x, base, samples.rates[s, 0], room.pair.n, room.slip)
+    trial_slip(room.pair.n, friction.stored[k], room.slip)
+    return size, h, ahead
+
+
+@kernel
+def _assemble(
+    x: np.ndarray, frames: FrameView, curves: CurveView, samples: SampleView, contact: tuple[np.ndarray, PairView],
+    friction: SpringView, residual: np.ndarray, matrix: MatrixView,
+) -> bool:  # fmt: skip
+    """Residual and tangent of the friction of all pairs. False where a block lies outside the pattern."""
+    points, pairs = contact
+    room = _pair_slip_room()
+    T = np.empty(3)
+    GP, GA = np.empty((3, 12)), np.empty((3, 12))
+    rows, columns = np.empty(6, np.int64), np.empty(9, np.int64)
+    for k in range(pairs.sample.size):
+        s: int = pairs.sample[k]
+        friction.slip[k] = 0.0
+        for i in range(3):
+            friction.traction[k, i] = 0.0
+        _, pressure, slope = penalty(pairs.gap[k], pairs.stiffness, pairs.ramp)
+        carried = samples.measure[s] * pairs.weight[k]
+        if carried * pressure == 0.0 or friction.mu[k] == 0.0:
+            continue
+        size, h, ahead = _pair_slip(x, frames, curves, samples, points, (pairs, k), friction, room)
+        friction.slip[k] = room.slip.size[0]
+        own, anchor = friction.own[k], friction.anchor[k]
+        base: int = samples.nodes[s, 0]
+        limit, spring = friction.mu[k] * carried * pressure, friction.spring * carried
+        slides = traction_of(room.slip, spring, limit, T)
+        rod: int = pairs.rod[k]
+        between, lies = samples.between[s], between_middles(friction.u[k], ahead - curves.first[rod])
+        material.material_gradient(base, between, samples.weights[s], frames, own, room.own, GP)
+        material.material_gradient(ahead, lies, room.w[0], frames, anchor, room.other, GA)
+        for i in range(3):
+            friction.traction[k, i] = -T[i]
+            rows[i] = columns[i] = base + i
+            columns[3 + i] = room.pair.nodes[3 + i]
+            rows[3 + i] = columns[6 + i] = ahead + i
+        for c in range(12):
+            residual[rows[c // 4], c % 4] += GP[0, c] * T[0] + GP[1, c] * T[1] + GP[2, c] * T[2]
+            residual[rows[3 + c // 4], c % 4] -= GA[0, c] * T[0] + GA[1, c] * T[1] + GA[2, c] * T[2]
+        if not matrix.wanted:
+            continue
+        law = spring, limit, -friction.mu[k] * carried * slope
+        block = _pair_tangent(room, (GP, GA), samples.rates[s, 0], friction.stored[k], (size, h), law, slides)
+        _add_curvature(frames, (base, between, ahead, lies), (own, anchor), room, T, block)
+        if not add_blocks(matrix, rows, columns, block):
+            return False
+    return True
+
+
+@kernel
+def _pair_tangent(
+    room: PairSlipRoom, gradients: tuple[np.ndarray, np.ndarray], rates: np.ndarray, stored: np.ndarray,
+    geometry: tuple[float, float], law: tuple[float, float, float], slides: bool,
+) -> np.ndarray:  # fmt: skip
+    """Derivatives of the forces on the two material points by all unknowns, the points' curvature left out, (24, 36).
+
+    Args:
+        room: of the pair.
+        gradients: of the two material points, shape [3, 12] each.
+        rates: weights of the secondary rod's derivative, shape [3].
+        stored: elastic slip of the last accepted step, shape [2].
+        geometry: |q| and h.
+        law: stiffness of the spring, limit, and the limit's slope with the gap.
+        slides: whether the pair slides.
+    """
+    GP, GA = gradients
+    size, h = geometry
+    spring, limit, limit_slope = law
+    pair, n = room.pair, room.pair.n
+    block = np.empty((24, 36))
+    dz, dn, dalong, de, dT = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    for c in range(36):
+        node, part = c // 4, c % 4
+        dgap = 0.0
+        for i in range(3):
+            dz[i] = dn[i] = dalong[i] = 0.0
+        if node < 3:
+            for i in range(3):
+                dz[i] = GP[i, c]
+        elif node >= 6:
+            for i in range(3):
+                dz[i] = -GA[i, c - 24]
+        if node < 6 and part < 3:
+            normal_rate(pair, node, size, h)
+            dgap = pair.B[node] * n[part]
+            for i in range(3):
+                dn[i] = pair.dn[i, part]
+            if node < 3:
+                dalong[part] = rates[node]
+        slip_rate(n, stored, room.slip, (dz, dn, dalong), de)
+        traction_rate(room.slip, spring, limit, slides, de, limit_slope * dgap, dT)
+        for a in range(12):
+            block[a, c] = GP[0, a] * dT[0] + GP[1, a] * dT[1] + GP[2, a] * dT[2]
+            block[12 + a, c] = -(GA[0, a] * dT[0] + GA[1, a] * dT[1] + GA[2, a] * dT[2])
+    return block
+
+
+@kernel
+def _add_curvature(
+    frames: FrameView, where: tuple[int, float, int, float], coordinates: tuple[np.ndarray, np.ndarray],
+    room: PairSlipRoom, T: np.ndarray, block: np.ndarray,
+) -> None:  # fmt: skip
+    """Add what the curvature of the material points does to the tangent of their forces T and -T."""
+    base, between, ahead, lies = where
+    own, anchor = coordinates
+    H = np.empty((12, 12))
+    material.material_curvature(base, between, frames, own, room.own, T, H)
+    for a in range(12):
+        for c in range(12):
+            block[a, c] += H[a, c]
+    material.material_curvature(ahead, lies, frames, anchor, room.other, T, H)
+    for a in range(12):
+        for c in range(12):
+            block[12 + a, 24 + c] -= H[a, c]
+
+
+@kernel
+def _potential(
+    x: np.ndarray, frames: FrameView, curves: CurveView, samples: SampleView, contact: tuple[np.ndarray, PairView],
+    friction: SpringView,
+) -> float:  # fmt: skip
+    """Friction potential with the normal forces last assembled."""
+    points, pairs = contact
+    room = _pair_slip_room()
+    total = 0.0
+    for k in range(pairs.sample.size):
+        limit = friction.mu[k] * pairs.force[k]
+        if limit == 0.0:
+            continue
+        _pair_slip(x, frames, curves, samples, points, (pairs, k), friction, room)
+        spring = friction.spring * samples.measure[pairs.sample[k]] * pairs.weight[k]
+        total += spring_energy(room.slip.size[0], spring, limit)
+    return total
+
+
+@kernel
+def _anchor_pairs(
+    x: np.ndarray, frames: FrameView, curves: CurveView, samples: SampleView, contact: tuple[np.ndarray, PairView],
+    chosen: np.ndarray, friction: SpringView,
+) -> None:  # fmt: skip
+    """Take both material points of the chosen pairs anew, where the present contact divides the way between the axes.
+
+    That way is divided as the radii are: two rods that roll on each other turn inversely as those.
+    """
+    points, pairs = contact
+    room, frame, d = curve_pair_room(), material_room(), np.empty(3)
+    for k in range(pairs.sample.size):
+        if not chosen[k]:
+            continue
+        s: int = pairs.sample[k]
+        rod: int = pairs.rod[k]
+        _, _, base = curve_pair_geometry(x, curves, samples, points[s], s, rod, pairs.at[k, 0], room)
+        q, part = room.point.q, samples.offset[s] / (samples.offset[s] + curves.radius[rod])
+        for i in range(3):
+            d[i] = -part * q[i]
+        material.material_coordinates(x, samples.nodes[s, 0], samples.between[s], frames, d, frame, friction.own[k])
+        for i in range(3):
+            d[i] = (1.0 - part) * q[i]
+        friction.u[k] = pairs.at[k, 0]
+        lies = between_middles(pairs.at[k, 0], base - curves.first[rod])
+        material.material_coordinates(x, base, lies, frames, d, frame, friction.anchor[k])
+
+
+@kernel
+def _commit(
+    x: np.ndarray, frames: FrameView, curves: CurveView, samples: SampleView, contact: tuple[np.ndarray, PairView],
+    friction: SpringView,
+) -> tuple[float, float]:  # fmt: skip
+    """Cut the slip of sliding pairs; returns what sliding has dissipated [N mm] and the elastic energy that stays.
+
+    The work of sliding is traction times cut, never negative; a pair whose normal force has fallen gives up the elastic
+    energy that it cannot hold any more.
+    """
+    points, pairs = contact
+    room = _pair_slip_room()
+    lost, kept = 0.0, 0.0
+    for k in range(pairs.sample.size):
+        stored = friction.stored[k]
+        spring = friction.spring * samples.measure[pairs.sample[k]] * pairs.weight[k]
+        limit = friction.mu[k] * pairs.force[k]
+        before = np.sqrt(stored[0] ** 2 + stored[1] ** 2)
+        if limit == 0.0:
+            lost += sliding_work(spring, before, 0.0, before)
+            stored[0] = stored[1] = 0.0
+            continue
+        _pair_slip(x, frames, curves, samples, points, (pairs, k), friction, room)
+        size, e, g = room.slip.size[0], room.slip.e, room.slip.g
+        scale = 1.0
+        if spring * size > limit:
+            scale = limit / (spring * size)
+            lost += sliding_work(spring, before, scale * size, size)
+        stored[0], stored[1] = scale * dot(e, g[0]), scale * dot(e, g[1])
+        kept += 0.5 * spring * (scale * size) ** 2
+    return lost, kept
+
+
+@dataclass(frozen=True, eq=False)
+class CurveFriction:
+    """Friction between discrete rods; see `knotfem.contact.friction.FrictionLaw`.
+
+    Attributes:
+        frames: of the rods.
+        spring: tangential line stiffness [N/mm^2].
+    """
+
+    frames: Frames
+    spring: float
+
+    def fresh(self, contact: PairContact, count: int) -> dict[str, np.ndarray]:
+        """Material points and elastic slip."""
         return {
-            "own": self.own.copy(),
-            "anchor_u": self.anchor_u.copy(),
-            "anchor": self.anchor.copy(),
-            "stored": self.stored.copy(),
-            "kept": np.array(self.kept),
+            "own": np.zeros((count, 3)),
+            "u": np.zeros(count),
+            "anchor": np.zeros((count, 3)),
+            "stored": np.zeros((count, 2)),
         }
 
-    def load(self, history: Arrays) -> None:
-        self.own, self.anchor_u = history["own"].copy(), history["anchor_u"].copy()
-        self.anchor, self.stored = history["anchor"].copy(), history["stored"].copy()
-        self.kept = float(history["kept"])
-        self.contact.anchor_u = self.anchor_u
-        self._size()
-        self._generation = self.contact.generation
+    def view(self, contact: PairContact, mu: np.ndarray, rows: dict[str, np.ndarray]) -> SpringView:
+        """See the law."""
+        slip, traction = np.zeros(mu.size), np.zeros((mu.size, 3))
+        return SpringView(mu, rows["own"], rows["u"], rows["anchor"], rows["stored"], slip, traction, self.spring)
 
-    @property
-    def slides(self) -> np.ndarray:
-        """Whether each pair slides, shape [pairs]."""
-        c = self.contact
-        stiffness = self.spring * c.samples.length[c.pairs[:, 0]] * c.share
-        return (c.force > 0.0) & (stiffness * self.slip > (1.0 - 1e-9) * self.mu * c.force)
+    def assemble(
+        self, x: np.ndarray, contact: PairContact, view: SpringView, residual: np.ndarray, matrix: MatrixView
+    ) -> bool:
+        """See the law."""
+        where = contact.points, contact.pairs
+        surface, samples = contact.surface.view, contact.samples.view
+        return _assemble(x, self.frames.material_view, surface, samples, where, view, residual, matrix)
 
-    @property
-    def sliding(self) -> int:
-        """Number of sliding pairs."""
-        return int(np.count_nonzero(self.slides))
+    def potential(self, x: np.ndarray, contact: PairContact, view: SpringView) -> float:
+        """See the law."""
+        where = contact.samples.places(x), contact.pairs
+        return _potential(x, self.frames.material_view, contact.surface.view, contact.samples.view, where, view)
 
-    def _anchor(self, x: np.ndarray, chosen: np.ndarray) -> None:
-        c, s = self.contact, self.contact.samples
-        kernels.anchor_pairs(
-            x, self.frames.material_arrays, c.layout.first, c.layout.radius, s.rod, s.base, s.weights, s.share,
-            c.points, c.pairs, c.u, chosen, self.own, self.anchor_u, self.anchor,
-        )  # fmt: skip
-        c.anchor_u = self.anchor_u
+    def commit(self, x: np.ndarray, contact: PairContact, view: SpringView) -> tuple[float, float]:
+        """See the law."""
+        where, surface = (contact.points, contact.pairs), contact.surface.view
+        found = _commit(x, self.frames.material_view, surface, contact.samples.view, where, view)
+        self.anchor(x, contact, view, np.isfinite(contact.pairs.gap))
+        return found
 
-    def _size(self) -> None:
-        c = self.contact
-        self.slip, self.traction = np.zeros(c.u.size), np.zeros((c.u.size, 3))
-        self.mu = self._now * np.asarray(self.coefficients, dtype=float)[c.samples.rod[c.pairs[:, 0]], c.pairs[:, 1]]
+    def anchor(self, x: np.ndarray, contact: PairContact, view: SpringView, chosen: np.ndarray) -> None:
+        """See the law."""
+        where, surface = (contact.points, contact.pairs), contact.surface.view
+        _anchor_pairs(x, self.frames.material_view, surface, contact.samples.view, where, chosen, view)
+
+    def sliding(self, contact: PairContact, view: SpringView) -> np.ndarray:
+        """Whether the spring of each pair is at its limit, shape [pairs]."""
+        pairs = contact.pairs
+        stiffness = self.spring * contact.samples.view.measure[pairs.sample] * pairs.weight
+        return (pairs.force > 0.0) & (stiffness * view.slip > (1.0 - 1e-9) * view.mu * pairs.force)
+
+    def stencils(self, contact: PairContact, view: SpringView) -> np.ndarray | None:
+        """Nodes of the padded pairs and of their anchors."""
+        near, pairs, curves = contact.near, contact.pairs, contact.surface.view
+        out = np.empty((near.size, 9 + 2 * PAD), dtype=np.int64)
+        stencil_nodes(curves, contact.samples.view, pairs, near, out)
+        first, count = curves.first[pairs.rod[near]], np.diff(curves.first)[pairs.rod[near]]
+        middle = np.clip(np.floor(view.u[near] + 0.5).astype(np.int64), 1, count - 2)
+        out[:, -3:] = (first + middle)[:, None] + np.arange(-1, 2)
+        return np.unique(out, axis=0)

@@ -3,7 +3,7 @@
 A material point has the coordinates (u, angle, radial, axial): at the point u of the curve, of unit tangent t, it lies
 at radial nu + axial t, where nu stands at `angle` from the interpolated material frame. Between the middles of two
 edges a and b (u goes from lambda = 0 to 1) that frame is the director of edge a, carried along the great circle to t
-and turned by its spin and by lambda times the twist m of the hinge: continuous along the whole rod, and a function of
+and turned by its rotation about the edge and by lambda times the twist m of the vertex: continuous along the whole rod, and a function of
 the state alone, so that a rigidly moved rod carries its points with it.
 
 With c the curve's derivative, c = |c| t, and nu spinning by w about t:
@@ -19,6 +19,7 @@ With c the curve's derivative, c = |c| t, and nu spinning by w about t:
 from __future__ import annotations
 
 import math
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -35,19 +36,59 @@ from knotfem.geometry.rotation import (
 )
 
 A, B, T, NU, MU, KAB, KA0, KB0, KAT, GA, GB = range(11)
-"""Rows of the workspace: directions of the edges and of the curve, nu, t x nu, the four k, g_a, g_b."""
+"""Rows of `MaterialRoom.V`: directions of the edges and of the curve, nu, t x nu, the four k, g_a, g_b."""
+
+
+class FrameView(NamedTuple):
+    """Frames of the segments in the accepted state, from which material points are carried.
+
+    Attributes:
+        tangent: direction of each segment, shape [nodes + clamps, 3].
+        director: material director before its rotation about the segment, shape [nodes + clamps, 3].
+        turn: relative turn at the vertex ahead of each segment [rad], shape [nodes].
+        per_radius: 1/radius at each node [1/mm], shape [nodes].
+    """
+
+    tangent: np.ndarray
+    director: np.ndarray
+    turn: np.ndarray
+    per_radius: np.ndarray
+
+
+class Frames(Protocol):
+    """Who knows the frames of the segments."""
+
+    @property
+    def material_view(self) -> FrameView:
+        """Those of the accepted state."""
+        ...
+
+
+class MaterialRoom(NamedTuple):
+    """Vectors and scalars that describe one material point, and work space.
+
+    Attributes:
+        V: shape [11, 3], see above.
+        L: lengths of the two edges and of the curve's derivative, shape [8].
+        work: shape [16, 3].
+    """
+
+    V: np.ndarray
+    L: np.ndarray
+    work: np.ndarray
 
 
 @kernel
-def workspace():
-    """Vectors and scalars that describe one material point."""
-    return np.empty((11, 3)), np.empty(8)
+def material_room() -> MaterialRoom:
+    """Work space for one point."""
+    return MaterialRoom(np.empty((11, 3)), np.empty(8), np.empty((16, 3)))
 
 
 @kernel
-def material_frame(x, base, share, frames, angle, V, L):
-    """Fill the workspace V (11, 3), L (8) for a point between the edges base and base + 1, at share of the way."""
+def material_frame(x: np.ndarray, base: int, share: float, frames: FrameView, angle: float, room: MaterialRoom) -> None:
+    """Fill `room` for a point between the edges base and base + 1, at the fraction `share` of the way."""
     tangent0, director0, turn0, per_radius = frames
+    V, L = room.V, room.L
     j = base
     f, g, v = V[GA], V[GB], V[KAT]
     for i in range(3):
@@ -77,23 +118,36 @@ def material_frame(x, base, share, frames, angle, V, L):
 
 
 @kernel
-def material_angle(x, base, share, frames, direction, V, L):
-    """Angle of a direction, projected onto the section, from the interpolated material frame."""
-    material_frame(x, base, share, frames, 0.0, V, L)
-    return math.atan2(dot(direction, V[MU]), dot(direction, V[NU]))
+def material_coordinates(
+    x: np.ndarray, base: int, share: float, frames: FrameView, d: np.ndarray, room: MaterialRoom, out: np.ndarray
+) -> None:
+    """Angle from the interpolated material frame, radial and axial part of a vector d from the centreline into out."""
+    material_frame(x, base, share, frames, 0.0, room)
+    V = room.V
+    out[0] = math.atan2(dot(d, V[MU]), dot(d, V[NU]))
+    out[2] = dot(d, V[T])
+    out[1] = np.sqrt(max(dot(d, d) - out[2] ** 2, 0.0))
 
 
 @kernel
-def material_point(x, base, w, radial, axial, V, S):
-    """Place of the point of the workspace into S (3); w (3) are the curve's weights."""
+def material_point(
+    x: np.ndarray, base: int, w: np.ndarray, radial: float, axial: float, room: MaterialRoom, S: np.ndarray
+) -> None:
+    """Place of the point of `room` into S (3); w (3) are the curve's weights."""
+    V = room.V
     for i in range(3):
         S[i] = w[0] * x[base, i] + w[1] * x[base + 1, i] + w[2] * x[base + 2, i]
         S[i] += radial * V[NU, i] + axial * V[T, i]
 
 
 @kernel
-def material_gradient(base, share, w, per_radius, radial, axial, V, L, G):
-    """dS by the unknowns of three nodes into G (3, 12)."""
+def material_gradient(
+    base: int, share: float, w: np.ndarray, frames: FrameView, coordinates: np.ndarray, room: MaterialRoom,
+    G: np.ndarray,
+) -> None:  # fmt: skip
+    """dS by the unknowns of three nodes into G (3, 12); `coordinates` are angle, radial and axial part."""
+    V, L, per_radius = room.V, room.L, frames.per_radius
+    radial, axial = coordinates[1], coordinates[2]
     for i in range(3):
         spin = radial * V[MU, i]
         for c in range(3):
@@ -110,9 +164,14 @@ def material_gradient(base, share, w, per_radius, radial, axial, V, L, G):
 
 
 @kernel
-def material_curvature(base, share, frames, radial, axial, V, L, tau, H, work):
-    """Second derivatives of S . tau by the unknowns of three nodes into H (12, 12); `work` (16, 3) is scratch."""
-    tangent0, per_radius = frames[0], frames[3]
+def material_curvature(
+    base: int, share: float, frames: FrameView, coordinates: np.ndarray, room: MaterialRoom, tau: np.ndarray,
+    H: np.ndarray,
+) -> None:  # fmt: skip
+    """Second derivatives of S . tau by the unknowns of three nodes into H (12, 12); see `material_gradient`."""
+    tangent0, per_radius = frames.tangent, frames.per_radius
+    V, L, work = room.V, room.L, room.work
+    radial, axial = coordinates[1], coordinates[2]
     still, dea, deb, dc, da = work[0], work[1], work[2], work[3], work[4]
     db, dt, dnu, dmu = work[5], work[6], work[7], work[8]
     kab, ka0, kb0, kat, ga, gb = work[9], work[10], work[11], work[12], work[13], work[14]

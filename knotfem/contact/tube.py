@@ -1,4 +1,4 @@
-"""Smooth surfaces of rods: bi-quadratic B-spline tubes over the boundary nodes.
+"""Smooth surfaces of hexahedral rods: bi-quadratic B-spline tubes over the boundary nodes.
 
 Along a rod the spline is uniform with straight ghost points beyond its ends, around it periodic. Parameters: u counts
 slices, 0 to n; v counts boundary nodes, 0 to k. Over a regular polygon of unit circumradius the tube's radius is
@@ -9,131 +9,83 @@ surface stays linear in the positions, and it is the physical one, so that frict
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from knotfem.compiled import kernel
+from knotfem.contact.basis import axial_basis, ring_basis
+from knotfem.contact.samples import Samples, SampleView
+from knotfem.contact.surface import Stations
+from knotfem.geometry.rotation import dot
 
 
-@dataclass(frozen=True, eq=False)
-class Tubes:
-    """Surfaces of all rods, flattened for compiled loops.
+class TubeView(NamedTuple):
+    """Tubes of all rods, flattened for compiled loops.
 
     Attributes:
         ring: boundary nodes, section after section, rod after rod.
         ring_start: where each rod begins in `ring`, shape [rods].
-        around: boundary nodes a section, shape [rods].
+        around: boundary nodes of a section, shape [rods].
+        sections: of each rod (slices + 1), shape [rods].
         axis: axis nodes, rod after rod.
         axis_start: where each rod begins in `axis`, shape [rods].
-        sections: sections of each rod (slices + 1), shape [rods].
-        spacing: slice length [mm], shape [rods].
-        radius: [mm], shape [rods].
-        swell: distance of control points over that of boundary nodes from the axis, shape [rods].
+        scale: distance of control points over that of boundary nodes from the axis, shape [rods].
     """
 
     ring: np.ndarray
     ring_start: np.ndarray
     around: np.ndarray
+    sections: np.ndarray
     axis: np.ndarray
     axis_start: np.ndarray
-    sections: np.ndarray
-    spacing: np.ndarray
-    radius: np.ndarray
-    swell: np.ndarray
-
-    @property
-    def arrays(self) -> tuple[np.ndarray, ...]:
-        """Arguments of the compiled loops, in their order."""
-        return self.ring, self.ring_start, self.around, self.sections, self.axis, self.axis_start, self.swell
+    scale: np.ndarray
 
 
-def spline_radius(around: int) -> float:
-    """Mean radius of the periodic quadratic B-spline over a regular polygon of unit circumradius."""
-    return 0.5 * (0.75 + 0.25 * np.cos(2 * np.pi / around) + np.cos(np.pi / around))
+class TubeRoom(NamedTuple):
+    """Work space for one point of a tube.
 
-
-def make_tubes(
-    rings: list[np.ndarray], axes: list[np.ndarray], spacing: list[float], radius: list[float], node_radius: list[float]
-) -> Tubes:
-    """Tubes over the boundary nodes of rods.
-
-    Args:
-        rings: boundary nodes of each rod, shape [sections, around].
-        axes: axis nodes of each rod, shape [sections].
-        spacing: slice length of each rod [mm].
-        radius: physical radius [mm].
-        node_radius: distance of the boundary nodes from the axis [mm].
+    Attributes:
+        nodes: stencil, shape [12].
+        W: weights in S, S_u, S_v, S_uu, S_uv, S_vv, shape [6, 12].
+        S: these six, shape [6, 3].
+        q: a point minus S, shape [3].
+        n: outward unit normal, shape [3].
     """
-    around = np.array([ring.shape[1] for ring in rings])
-    sections = np.array([ring.shape[0] for ring in rings])
-    starts = np.concatenate([[0], np.cumsum(around * sections)[:-1]])
-    swell = [r / (n * spline_radius(k)) for r, n, k in zip(radius, node_radius, around, strict=True)]
-    return Tubes(
-        np.concatenate([ring.ravel() for ring in rings]).astype(np.int64),
-        starts.astype(np.int64),
-        around.astype(np.int64),
-        np.concatenate(axes).astype(np.int64),
-        np.concatenate([[0], np.cumsum(sections)[:-1]]).astype(np.int64),
-        sections.astype(np.int64),
-        np.array(spacing, dtype=float),
-        np.array(radius, dtype=float),
-        np.array(swell, dtype=float),
-    )
 
-
-@kernel(inline="always")
-def axial_basis(u, sections, w):
-    """Quadratic basis, first and second derivatives along the rod into w (3, 3); returns the first node."""
-    i = int(np.floor(u + 0.5))
-    i = min(max(i, 0), sections - 1)
-    t = u - i
-    w[0, 0], w[0, 1], w[0, 2] = 0.5 * (0.5 - t) ** 2, 0.75 - t * t, 0.5 * (0.5 + t) ** 2
-    w[1, 0], w[1, 1], w[1, 2] = t - 0.5, -2.0 * t, t + 0.5
-    w[2, 0], w[2, 1], w[2, 2] = 1.0, -2.0, 1.0
-    if i == 0:
-        for d in range(3):
-            ghost, at, after = w[d, 0], w[d, 1], w[d, 2]
-            w[d, 0], w[d, 1], w[d, 2] = at + 2.0 * ghost, after - ghost, 0.0
-        return 0
-    if i == sections - 1:
-        for d in range(3):
-            before, at, ghost = w[d, 0], w[d, 1], w[d, 2]
-            w[d, 0], w[d, 1], w[d, 2] = 0.0, before - ghost, at + 2.0 * ghost
-        return sections - 3
-    return i - 1
-
-
-@kernel(inline="always")
-def ring_basis(v, around, w):
-    """Quadratic basis, first and second derivatives around the rod into w (3, 3); returns the middle node."""
-    j = int(np.floor(v + 0.5))
-    t = v - j
-    w[0, 0], w[0, 1], w[0, 2] = 0.5 * (0.5 - t) ** 2, 0.75 - t * t, 0.5 * (0.5 + t) ** 2
-    w[1, 0], w[1, 1], w[1, 2] = t - 0.5, -2.0 * t, t + 0.5
-    w[2, 0], w[2, 1], w[2, 2] = 1.0, -2.0, 1.0
-    return j % around
+    nodes: np.ndarray
+    W: np.ndarray
+    S: np.ndarray
+    q: np.ndarray
+    n: np.ndarray
 
 
 @kernel
-def stencil(tubes, rod, u, v, nodes, W):
+def tube_room() -> TubeRoom:
+    """Work space for one point."""
+    return TubeRoom(np.empty(12, np.int64), np.empty((6, 12)), np.empty((6, 3)), np.empty(3), np.empty(3))
+
+
+@kernel
+def stencil(tubes: TubeView, rod: int, u: float, v: float, nodes: np.ndarray, W: np.ndarray) -> None:
     """Nodes (12) of the patch at (u, v) of a rod and their weights W (6, 12) in S, S_u, S_v, S_uu, S_uv, S_vv.
 
     In each of three sections three boundary nodes and the axis node.
     """
-    ring, ring_start, around, sections, axis, axis_start, swell = tubes
     wu = np.empty((3, 3))
     wv = np.empty((3, 3))
-    k = around[rod]
-    c = swell[rod]
-    first = axial_basis(u, sections[rod], wu)
+    k = tubes.around[rod]
+    c = tubes.scale[rod]
+    first = axial_basis(u, tubes.sections[rod], wu)
     middle = ring_basis(v, k, wv)
     for a in range(3):
-        row = ring_start[rod] + (first + a) * k
+        row = tubes.ring_start[rod] + (first + a) * k
         for b in range(4):
             p = 4 * a + b
             if b < 3:
-                nodes[p] = ring[row + (middle + b - 1 + k) % k]
+                nodes[p] = tubes.ring[row + (middle + b - 1 + k) % k]
                 W[0, p] = c * wu[0, a] * wv[0, b]
                 W[1, p] = c * wu[1, a] * wv[0, b]
                 W[2, p] = c * wu[0, a] * wv[1, b]
@@ -141,7 +93,7 @@ def stencil(tubes, rod, u, v, nodes, W):
                 W[4, p] = c * wu[1, a] * wv[1, b]
                 W[5, p] = c * wu[0, a] * wv[2, b]
             else:
-                nodes[p] = axis[axis_start[rod] + first + a]
+                nodes[p] = tubes.axis[tubes.axis_start[rod] + first + a]
                 W[0, p] = (1.0 - c) * wu[0, a]
                 W[1, p] = (1.0 - c) * wu[1, a]
                 W[2, p] = 0.0
@@ -151,7 +103,7 @@ def stencil(tubes, rod, u, v, nodes, W):
 
 
 @kernel(inline="always")
-def surface_point(x, nodes, W, S):
+def surface_point(x: np.ndarray, nodes: np.ndarray, W: np.ndarray, S: np.ndarray) -> None:
     """S, S_u, S_v, S_uu, S_uv, S_vv into S (6, 3)."""
     for d in range(6):
         for i in range(3):
@@ -164,19 +116,28 @@ def surface_point(x, nodes, W, S):
 
 
 @kernel(inline="always")
-def dot(a, b):
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+def tube_normal(S: np.ndarray, n: np.ndarray) -> None:
+    """Outward unit normal S_v x S_u into n (3)."""
+    n[0] = S[2, 1] * S[1, 2] - S[2, 2] * S[1, 1]
+    n[1] = S[2, 2] * S[1, 0] - S[2, 0] * S[1, 2]
+    n[2] = S[2, 0] * S[1, 1] - S[2, 1] * S[1, 0]
+    size = np.sqrt(dot(n, n))
+    for i in range(3):
+        n[i] /= size
 
 
 @kernel(error_model="numpy")
-def project(x, tubes, rod, p, u, v, W, nodes, S, q):
-    """Closest point of a tube to p by Newton from (u, v); on return stencil, S and q = p - S belong to it.
+def project(
+    x: np.ndarray, tubes: TubeView, rod: int, p: np.ndarray, u: float, v: float, room: TubeRoom
+) -> tuple[float, float, bool]:
+    """Closest point of a tube to p by Newton from (u, v); on return the stencil, S and q = p - S of `room` belong to it.
 
     Returns:
         u, v, and whether it converged inside the rod or at most one slice beyond its ends; where the surface folds so
         that Newton's method goes round and round, shorter steps are taken.
     """
-    last = tubes[3][rod] - 1.0
+    W, nodes, S, q = room.W, room.nodes, room.S, room.q
+    last = tubes.sections[rod] - 1.0
     largest = np.inf
     for attempt in range(30):
         stencil(tubes, rod, u, v, nodes, W)
@@ -207,52 +168,65 @@ def project(x, tubes, rod, p, u, v, W, nodes, S, q):
 
 
 @dataclass(frozen=True, eq=False)
-class Samples:
-    """Fixed material points of the tubes at which contact is looked for.
+class Tubes:
+    """Tubes of all rods.
 
     Attributes:
-        rod: shape [samples].
-        u: shape [samples].
-        v: shape [samples].
-        area: reference area each stands for [mm^2], shape [samples].
-        nodes: stencil, shape [samples, 12].
-        weights: shape [samples, 12].
-        section_start: first sample nearest to each section, rods stacked, shape [all sections + 1].
+        view: their arrays.
+        stations: their cross-sections.
     """
 
-    rod: np.ndarray
-    u: np.ndarray
-    v: np.ndarray
-    area: np.ndarray
-    nodes: np.ndarray
-    weights: np.ndarray
-    section_start: np.ndarray
+    view: TubeView
+    stations: Stations
+
+
+def spline_radius(around: int) -> float:
+    """Mean radius of the periodic quadratic B-spline over a regular polygon of unit circumradius."""
+    return 0.5 * (0.75 + 0.25 * np.cos(2 * np.pi / around) + np.cos(np.pi / around))
+
+
+def make_tubes(
+    rings: Sequence[np.ndarray],
+    axes: Sequence[np.ndarray],
+    spacing: Sequence[float],
+    radius: Sequence[float],
+    node_radius: Sequence[float],
+) -> Tubes:
+    """Tubes over the boundary nodes of rods.
+
+    Args:
+        rings: boundary nodes of each rod, shape [sections, around].
+        axes: axis nodes of each rod, shape [sections].
+        spacing: slice length of each rod [mm].
+        radius: physical radius [mm].
+        node_radius: distance of the boundary nodes from the axis [mm].
+    """
+    around = np.array([ring.shape[1] for ring in rings], dtype=np.int64)
+    sections = np.array([ring.shape[0] for ring in rings], dtype=np.int64)
+    ring_start = np.concatenate([[0], np.cumsum(around * sections)[:-1]]).astype(np.int64)
+    first = np.concatenate([[0], np.cumsum(sections)]).astype(np.int64)
+    scale = [r / (n * spline_radius(k)) for r, n, k in zip(radius, node_radius, around, strict=True)]
+    axis = np.concatenate(axes).astype(np.int64)
+    ring = np.concatenate([ring.ravel() for ring in rings]).astype(np.int64)
+    view = TubeView(ring, ring_start, around, sections, axis, first[:-1].copy(), np.array(scale, dtype=float))
+    return Tubes(view, Stations(axis, first, np.array(spacing, dtype=float), np.array(radius, dtype=float)))
 
 
 @kernel
-def _stencils(tubes, rod, u, v, nodes, weights):
+def _stencils(tubes: TubeView, rod: np.ndarray, at: np.ndarray, nodes: np.ndarray, weights: np.ndarray) -> None:
     W = np.empty((6, 12))
     for s in range(rod.size):
-        stencil(tubes, rod[s], u[s], v[s], nodes[s], W)
+        stencil(tubes, rod[s], at[s, 0], at[s, 1], nodes[s], W)
         weights[s] = W[0]
-
-
-@kernel
-def sample_points(x, nodes, weights, out):
-    """Positions of samples into out, shape [samples, 3]."""
-    for s in range(nodes.shape[0]):
-        for i in range(3):
-            value = 0.0
-            for a in range(12):
-                value += weights[s, a] * x[nodes[s, a], i]
-            out[s, i] = value
 
 
 def make_samples(tubes: Tubes, spacing: float) -> Samples:
     """Samples no further apart than `spacing` [mm] both ways, ends of the rods included."""
     rods, us, vs, areas, starts = [], [], [], [], [0]
-    for rod in range(tubes.sections.size):
-        k, sections, h, r = (int(tubes.around[rod]), int(tubes.sections[rod]), tubes.spacing[rod], tubes.radius[rod])
+    view, stations = tubes.view, tubes.stations
+    for rod in range(view.sections.size):
+        k, sections = int(view.around[rod]), int(view.sections[rod])
+        h, r = stations.spacing[rod], stations.radius[rod]
         along = max(1, int(np.ceil(h / spacing - 1e-9)))
         around = k * max(1, int(np.ceil(2 * np.pi * r / k / spacing - 1e-9)))
         u = np.arange((sections - 1) * along + 1) / along
@@ -265,8 +239,10 @@ def make_samples(tubes: Tubes, spacing: float) -> Samples:
         rods.append(np.full(u.size * around, rod))
         nearest = np.minimum(np.floor(u + 0.5).astype(int), sections - 1)
         starts.extend(starts[-1] + np.cumsum(np.bincount(nearest, minlength=sections)) * around)
-    rod, u, v = np.concatenate(rods).astype(np.int64), np.concatenate(us), np.concatenate(vs)
-    nodes = np.empty((u.size, 12), dtype=np.int64)
-    weights = np.empty((u.size, 12))
-    _stencils(tubes.arrays, rod, u, v, nodes, weights)
-    return Samples(rod, u, v, np.concatenate(areas), nodes, weights, np.array(starts, dtype=np.int64))
+    rod = np.concatenate(rods).astype(np.int64)
+    at = np.stack([np.concatenate(us), np.concatenate(vs)], axis=1)
+    nodes, weights = np.empty((rod.size, 12), dtype=np.int64), np.empty((rod.size, 12))
+    _stencils(view, rod, at, nodes, weights)
+    none = np.zeros(rod.size)
+    sampled = SampleView(rod, at, nodes, weights, np.zeros((0, 2, 12)), none, np.concatenate(areas), none)
+    return Samples(sampled, np.array(starts, dtype=np.int64))

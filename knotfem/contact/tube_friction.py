@@ -1,117 +1,299 @@
-"""Coulomb friction between tubes by return mapping of stored anchors.
+"""Friction between tubes, mobilised over a stick distance, from anchors on the primary surface.
 
-The stick distance is the constant, not a stiffness: a constant stiffness would be infinitely stiff at light load.
-Nothing creeps: an anchor moves only when its pair slides, and only on an accepted step.
+The anchor of a pair is a material point of the primary surface. With q = p - S(anchor), the slip is e = (I - n n^T) q and
+the traction T = mu N psi(|e|/s) e/|e|, where n and N belong to the closest point. Its tangent is complete:
+
+    d e = (I - n n^T) dq - dn (n . q) - n (q . dn)
+    d n = S^a (B_a^T n - kappa_ab dxi^b)           d xi = H^-1 (B^T S - g B_d^T n)
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from knotfem.contact import tube_friction_kernels as kernels
-from knotfem.contact.tube import sample_points
-from knotfem.contact.tube_contact import PATTERN_PAD, Contact
-from knotfem.solver.term import Arrays, StepStart, Term
-from knotfem.sparse.pattern import Matrix
+from knotfem.compiled import kernel
+from knotfem.contact.law import mobilisation, mobilisation_energy, penalty
+from knotfem.contact.pairs import PairContact
+from knotfem.contact.samples import SampleView
+from knotfem.contact.surface import PairView
+from knotfem.contact.tube import TubeRoom, TubeView, stencil, surface_point, tube_normal, tube_room
+from knotfem.contact.tube_pairs import PAD, TubePairRoom, tube_pair_geometry, tube_pair_room
+from knotfem.geometry.rotation import dot
+from knotfem.sparse.scatter import MatrixView, add_block
+
+MOBILISED = 0.999
+"""A contact slides where its friction force is at least this fraction of what its normal force allows: an anchor that
+was brought along stands at the stick distance, but for rounding."""
 
 
-@dataclass
-class Friction(Term):
-    """Friction of all pairs of a contact, which must come before it in the list of effects.
-
-    Args:
-        contact: whose pairs rub.
-        coefficients: mu of each pair of rods, shape [rods, rods].
-        factor: multiplies all coefficients, as a function of time [s]; None for 1.
+class AnchorView(NamedTuple):
+    """Friction of each pair of tubes.
 
     Attributes:
-        anchors: parameters of the anchor of each pair, shape [pairs, 2].
-        slip: distance from the anchor of each pair in contact [mm], shape [pairs].
-        traction: friction force on the slave of each pair [N], shape [pairs, 3].
+        mu: coefficient, shape [pairs].
+        anchor: parameters of the anchor, shape [pairs, 2].
+        slip: |e| of pairs in contact [mm], shape [pairs].
+        traction: on the secondary surface [N], shape [pairs, 3].
+        stick: distance over which friction is mobilised [mm].
     """
 
-    contact: Contact
-    coefficients: np.ndarray
-    factor: Callable[[float], float] | None = None
-    anchors: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)), init=False)
+    mu: np.ndarray
+    anchor: np.ndarray
+    slip: np.ndarray
+    traction: np.ndarray
+    stick: float
 
-    def __post_init__(self) -> None:
-        self.name = "friction"
-        self.symmetric = False
-        self._generation = -1
-        self._now = 1.0
-        self.slip = np.zeros(0)
-        self.traction = np.zeros((0, 3))
-        self.mu = np.zeros(0)
 
-    def couplings(self, nodes: int) -> np.ndarray | None:
-        c = self.contact
-        out = np.empty((c.pairs.shape[0], 36), dtype=np.int64)
-        count = kernels.stray_stencils(
-            c.tubes.arrays, c.samples.nodes, c.pairs, c.uv, c.gap, c.reach, PATTERN_PAD, self.anchors, out
-        )
-        out = np.unique(out[:count], axis=0)
-        return np.unique(out[:, :, None] * nodes + out[:, None, :]) if count else None
+@kernel(error_model="numpy")
+def _slip_vector(
+    x: np.ndarray, tubes: TubeView, point: np.ndarray, rod: int, anchor: np.ndarray, n: np.ndarray, room: TubeRoom,
+    e: np.ndarray,
+) -> float:  # fmt: skip
+    """Slip e (3) of a pair from its anchor, whose stencil is left in `room`; returns |e|."""
+    stencil(tubes, rod, anchor[0], anchor[1], room.nodes, room.W)
+    surface_point(x, room.nodes, room.W, room.S)
+    for i in range(3):
+        room.q[i] = point[i] - room.S[0, i]
+    along = dot(n, room.q)
+    for i in range(3):
+        e[i] = room.q[i] - along * n[i]
+    return np.sqrt(dot(e, e))
 
-    def begin(self, start: StepStart) -> None:
-        if self.factor is not None:
-            self._now = self.factor(start.end)
-            self._size()
 
-    def update(self, x: np.ndarray) -> None:
-        c = self.contact
-        if self._generation == c.generation:
-            return
-        anchors = c.uv.copy()
-        if self.anchors.shape[0]:
-            known = c.match >= 0
-            anchors[known] = self.anchors[c.match[known]]
-        self.anchors = anchors
-        self._generation = c.generation
-        self._size()
+@kernel(inline="always", error_model="numpy")
+def _normal_rate(room: TubePairRoom, g: float, column: int, dn: np.ndarray) -> None:
+    """Derivative (3, 3) of the normal by one node of the pair."""
+    S, n, B, Bd, forms = room.point.S, room.point.n, room.B, room.Bd, room.forms
+    a11, a12, a22 = forms[0, 0], forms[0, 1], forms[0, 2]
+    det = a11 * a22 - a12 * a12
+    for j in range(3):
+        c1 = B[column] * S[1, j] - g * Bd[0, column] * n[j]
+        c2 = B[column] * S[2, j] - g * Bd[1, column] * n[j]
+        xi1 = forms[2, 0] * c1 + forms[2, 1] * c2
+        xi2 = forms[2, 1] * c1 + forms[2, 2] * c2
+        y1 = Bd[0, column] * n[j] - forms[1, 0] * xi1 - forms[1, 1] * xi2
+        y2 = Bd[1, column] * n[j] - forms[1, 1] * xi1 - forms[1, 2] * xi2
+        z1, z2 = (a22 * y1 - a12 * y2) / det, (a11 * y2 - a12 * y1) / det
+        for i in range(3):
+            dn[i, j] = S[1, i] * z1 + S[2, i] * z2
 
-    def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
-        c, none = self.contact, np.zeros(0, dtype=np.int64)
-        s = c.samples
-        return kernels.assemble(
-            x, c.tubes.arrays, s.nodes, s.weights, c.area, c.points, c.pairs, c.uv, c.gap, c.share, self.mu,
-            c.law.stiffness, c.law.ramp, c.law.stick, self.anchors, residual, matrix is not None,
-            np.zeros(0) if matrix is None else matrix.data,
-            none if matrix is None else matrix.pattern.node_ptr,
-            none if matrix is None else matrix.pattern.node_adj,
-            matrix is not None and matrix.pattern.upper, self.slip, self.traction,
-        )  # fmt: skip
 
-    def merit(self, x: np.ndarray) -> float:
-        c = self.contact
-        points = np.empty_like(c.points)
-        sample_points(x, c.samples.nodes, c.samples.weights, points)
-        return kernels.potential(x, c.tubes.arrays, points, c.pairs, c.uv, c.force, self.mu, c.law.stick, self.anchors)
+@kernel(error_model="numpy")
+def _traction_rates(
+    room: TubePairRoom, anchor: TubeRoom, e: np.ndarray, g: float, limits: tuple[float, float], stick: float,
+    D: np.ndarray,
+) -> None:  # fmt: skip
+    """Derivatives D (36, 3, 3) of the traction by the nodes of the pair and of its anchor.
 
-    def commit(self, x: np.ndarray) -> None:
-        c = self.contact
-        rubbing = np.where(self.mu > 0.0, c.force, 0.0)
-        kernels.drag_anchors(c.uv, rubbing, self.slip, c.law.stick, c.tubes.around, c.pairs, self.anchors)
+    Args:
+        room: of the pair.
+        anchor: of its anchor.
+        e: slip, shape [3].
+        g: gap [mm].
+        limits: mu N and its slope with the overlap.
+        stick: distance [mm].
+        D: filled.
+    """
+    limit, limit_slope = limits
+    n, B = room.point.n, room.B
+    dn, de, M = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+    size = np.sqrt(dot(e, e))
+    _, psi_y, dpsi = mobilisation(size / stick)
+    # M = limit (dpsi/stick ee + psi_y/stick (I - ee)) in the direction e / |e|
+    inverse = 1.0 / size if size > 0.0 else 0.0
+    for i in range(3):
+        for j in range(3):
+            ee = e[i] * e[j] * inverse * inverse
+            M[i, j] = limit / stick * ((dpsi - psi_y) * ee + (psi_y if i == j else 0.0))
+    qa = anchor.q
+    along = dot(n, qa)
+    for c in range(36):
+        if c < 24:
+            _normal_rate(room, g, c, dn)
+        else:
+            dn[:] = 0.0
+        own = B[c] if c < 12 else (-anchor.W[0, c - 24] if c >= 24 else 0.0)
+        for j in range(3):
+            qdn = qa[0] * dn[0, j] + qa[1] * dn[1, j] + qa[2] * dn[2, j]
+            for i in range(3):
+                de[i, j] = own * ((1.0 if i == j else 0.0) - n[i] * n[j]) - along * dn[i, j] - n[i] * qdn
+        for i in range(3):
+            lost = limit_slope * psi_y / stick * e[i]
+            for j in range(3):
+                D[c, i, j] = M[i, 0] * de[0, j] + M[i, 1] * de[1, j] + M[i, 2] * de[2, j]
+                if c < 24:
+                    D[c, i, j] -= lost * B[c] * n[j]
 
-    def history(self) -> Arrays:
-        return {"anchors": self.anchors.copy(), "now": np.array(self._now)}
 
-    def load(self, history: Arrays) -> None:
-        self.anchors, self._now = history["anchors"].copy(), float(history.get("now", 1.0))
-        self._size()
-        self._generation = self.contact.generation
+@kernel(error_model="numpy")
+def _add_tangent(matrix: MatrixView, room: TubePairRoom, anchor: TubeRoom, D: np.ndarray) -> bool:
+    block = room.block
+    for a in range(24):
+        row = room.nodes[a] if a < 12 else anchor.nodes[a - 12]
+        weight = room.B[a] if a < 12 else -anchor.W[0, a - 12]
+        for c in range(36):
+            column = room.nodes[c] if c < 24 else anchor.nodes[c - 24]
+            for i in range(3):
+                for j in range(3):
+                    block[i, j] = weight * D[c, i, j]
+            if not add_block(matrix, row, column, block, 0, 0):
+                return False
+    return True
 
-    @property
-    def sliding(self) -> int:
-        """Number of pairs beyond the stick distance."""
-        return int(np.count_nonzero(self.slip > self.contact.law.stick))
 
-    def _size(self) -> None:
-        c = self.contact
-        self.slip = np.zeros(c.pairs.shape[0])
-        self.traction = np.zeros((c.pairs.shape[0], 3))
-        slaves = c.samples.rod[c.pairs[:, 0]]
-        self.mu = self._now * self.coefficients[slaves, c.pairs[:, 1]]
+@kernel(error_model="numpy")
+def _assemble(
+    x: np.ndarray, tubes: TubeView, samples: SampleView, points: np.ndarray, pairs: PairView, friction: AnchorView,
+    residual: np.ndarray, matrix: MatrixView,
+) -> bool:  # fmt: skip
+    """Residual and tangent of the friction of all pairs. False where a block lies outside the pattern."""
+    room, anchor = tube_pair_room(), tube_room()
+    e, T, D = np.empty(3), np.empty(3), np.empty((36, 3, 3))
+    for k in range(pairs.sample.size):
+        friction.slip[k] = 0.0
+        for i in range(3):
+            friction.traction[k, i] = 0.0
+        s: int = pairs.sample[k]
+        rod: int = pairs.rod[k]
+        _, pressure, slope = penalty(pairs.gap[k], pairs.stiffness, pairs.ramp)
+        if pressure == 0.0 or friction.mu[k] == 0.0:
+            continue
+        carried = samples.measure[s] * pairs.weight[k]
+        g = tube_pair_geometry(x, tubes, samples, points[s], s, rod, pairs.at[k], room)
+        size = _slip_vector(x, tubes, points[s], rod, friction.anchor[k], room.point.n, anchor, e)
+        friction.slip[k] = size
+        _, psi_y, _ = mobilisation(size / friction.stick)
+        limit = friction.mu[k] * carried * pressure
+        for i in range(3):
+            T[i] = limit * psi_y / friction.stick * e[i]
+            friction.traction[k, i] = -T[i]
+        for a in range(12):
+            for i in range(3):
+                residual[room.nodes[a], i] += room.B[a] * T[i]
+                residual[anchor.nodes[a], i] -= anchor.W[0, a] * T[i]
+        if not matrix.wanted:
+            continue
+        _traction_rates(room, anchor, e, g, (limit, friction.mu[k] * carried * slope), friction.stick, D)
+        if not _add_tangent(matrix, room, anchor, D):
+            return False
+    return True
+
+
+@kernel
+def _potential(x: np.ndarray, tubes: TubeView, points: np.ndarray, pairs: PairView, friction: AnchorView) -> float:
+    room, n, e = tube_room(), np.empty(3), np.empty(3)
+    total = 0.0
+    for k in range(pairs.sample.size):
+        if pairs.force[k] == 0.0:
+            continue
+        s: int = pairs.sample[k]
+        rod: int = pairs.rod[k]
+        stencil(tubes, rod, pairs.at[k, 0], pairs.at[k, 1], room.nodes, room.W)
+        surface_point(x, room.nodes, room.W, room.S)
+        tube_normal(room.S, n)
+        size = _slip_vector(x, tubes, points[s], rod, friction.anchor[k], n, room, e)
+        total += friction.mu[k] * pairs.force[k] * friction.stick * mobilisation_energy(size / friction.stick)
+    return total
+
+
+@kernel
+def _commit(around: np.ndarray, pairs: PairView, friction: AnchorView) -> None:
+    """Sliding anchors follow at the stick distance, those of pairs that do not rub all the way."""
+    for k in range(pairs.sample.size):
+        at, anchor = pairs.at[k], friction.anchor[k]
+        if pairs.force[k] == 0.0 or friction.mu[k] <= 0.0:
+            anchor[0], anchor[1] = at[0], at[1]
+        elif friction.slip[k] > friction.stick:
+            part = friction.stick / friction.slip[k]
+            period = around[pairs.rod[k]]
+            turn = anchor[1] - at[1]
+            turn -= period * np.round(turn / period)
+            anchor[0] = at[0] + part * (anchor[0] - at[0])
+            anchor[1] = at[1] + part * turn
+
+
+@kernel
+def _stray_stencils(
+    tubes: TubeView, samples: SampleView, pairs: PairView, near: np.ndarray, anchor: np.ndarray, out: np.ndarray
+) -> int:
+    """Nodes (36) of near pairs whose anchor has left the padded primary patch; returns how many."""
+    W, nodes = np.empty((6, 12)), np.empty(12, np.int64)
+    count = 0
+    for n in range(near.size):
+        k: int = near[n]
+        rod: int = pairs.rod[k]
+        around = tubes.around[rod]
+        turn = np.floor(anchor[k, 1] + 0.5) - np.floor(pairs.at[k, 1] + 0.5)
+        turn -= around * np.round(turn / around)
+        along = np.floor(anchor[k, 0] + 0.5) - np.floor(pairs.at[k, 0] + 0.5)
+        if abs(along) <= PAD and abs(turn) <= PAD:
+            continue
+        stencil(tubes, rod, pairs.at[k, 0], pairs.at[k, 1], nodes, W)
+        for a in range(12):
+            out[count, a] = samples.nodes[pairs.sample[k], a]
+            out[count, 12 + a] = nodes[a]
+        stencil(tubes, rod, anchor[k, 0], anchor[k, 1], nodes, W)
+        for a in range(12):
+            out[count, 24 + a] = nodes[a]
+        count += 1
+    return count
+
+
+def mobilised(view: AnchorView, force: np.ndarray) -> np.ndarray:
+    """Whether friction of each contact is all but at its limit, for normal forces [N], shape [contacts]."""
+    size = np.linalg.norm(view.traction, axis=1)
+    return (force > 0.0) & (size >= MOBILISED * view.mu * force)
+
+
+@dataclass(frozen=True)
+class TubeFriction:
+    """Friction between tubes; see `knotfem.contact.friction.FrictionLaw`.
+
+    Attributes:
+        stick: distance over which friction is mobilised [mm].
+    """
+
+    stick: float
+
+    def fresh(self, contact: PairContact, count: int) -> dict[str, np.ndarray]:
+        """Anchors."""
+        return {"anchor": np.zeros((count, 2))}
+
+    def view(self, contact: PairContact, mu: np.ndarray, rows: dict[str, np.ndarray]) -> AnchorView:
+        """See the law."""
+        return AnchorView(mu, rows["anchor"], np.zeros(mu.size), np.zeros((mu.size, 3)), self.stick)
+
+    def assemble(
+        self, x: np.ndarray, contact: PairContact, view: AnchorView, residual: np.ndarray, matrix: MatrixView
+    ) -> bool:
+        """See the law."""
+        surface, samples = contact.surface.view, contact.samples.view
+        return _assemble(x, surface, samples, contact.points, contact.pairs, view, residual, matrix)
+
+    def potential(self, x: np.ndarray, contact: PairContact, view: AnchorView) -> float:
+        """See the law."""
+        return _potential(x, contact.surface.view, contact.samples.places(x), contact.pairs, view)
+
+    def commit(self, x: np.ndarray, contact: PairContact, view: AnchorView) -> tuple[float, float]:
+        """See the law; a mobilised contact keeps no energy that would come back."""
+        _commit(contact.surface.view.around, contact.pairs, view)
+        return float("nan"), 0.0
+
+    def anchor(self, x: np.ndarray, contact: PairContact, view: AnchorView, chosen: np.ndarray) -> None:
+        """See the law."""
+        view.anchor[chosen] = contact.pairs.at[chosen]
+
+    def sliding(self, contact: PairContact, view: AnchorView) -> np.ndarray:
+        """Whether friction of each pair is fully mobilised, shape [pairs]."""
+        return mobilised(view, contact.pairs.force)
+
+    def stencils(self, contact: PairContact, view: AnchorView) -> np.ndarray | None:
+        """Pairs whose anchor has left the patch that normal contact couples."""
+        near = contact.near
+        out = np.empty((near.size, 36), dtype=np.int64)
+        surface, samples = contact.surface.view, contact.samples.view
+        count = _stray_stencils(surface, samples, contact.pairs, near, view.anchor, out)
+        return np.unique(out[:count], axis=0)

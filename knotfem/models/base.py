@@ -1,45 +1,31 @@
-"""What a run asks of the model of a scene, be it hexahedra or reduced rods."""
+"""What a run asks of the model of a scene, be it hexahedra or discrete rods."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
-from knotfem.contact.report import ContactMap
+from knotfem.contact.report import ContactReport
+from knotfem.contact.rigid import RigidSurface
+from knotfem.models.centreline import Centreline
+from knotfem.models.solid.material import Material
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import Rod
 from knotfem.scene.steps import Step
-from knotfem.solver.stepping.integrator import Progress
-from knotfem.solver.term import Motion, Term
+from knotfem.solver.constraints import Clamp, Prescribed
+from knotfem.solver.nonlinear.tolerance import Sections
+from knotfem.solver.state import State
+from knotfem.solver.system import System
+from knotfem.solver.term import Role, Term
 from knotfem.tie import CentrelinePath, make_path
-
-if TYPE_CHECKING:
-    from knotfem.energy.account import Account
-    from knotfem.models.centreline import Centreline
-    from knotfem.models.solid.assembly import StepSystem
-    from knotfem.models.solid.mapping import Increment
 
 Row = dict[str, float | str]
 """A line of a table."""
-
-
-class Strand(Protocol):
-    """One rod."""
-
-    @property
-    def scene(self) -> Rod:
-        """What the user asked for."""
-        ...
-
-    @property
-    def target(self) -> Centreline:
-        """Where it lies when tied."""
-        ...
+SIDES = ("start", "end")
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +34,7 @@ class SeriesMesh:
 
     Attributes:
         reference: places of its points [mm], shape [points, 3].
-        cells: points of each cell, shape [cells, 8] for hexahedra, [cells, 4] for quadrilaterals.
+        cells: points of each cell, shape [cells, 8 or 27] for hexahedra, [cells, 4] for quadrilaterals.
         point_data: arrays on points that never change.
     """
 
@@ -59,7 +45,7 @@ class SeriesMesh:
 
 @dataclass(frozen=True, eq=False)
 class Fields:
-    """A state as the time series takes it.
+    """Fields of a state for the time series.
 
     Attributes:
         points: places [mm], shape [points, 3].
@@ -72,34 +58,156 @@ class Fields:
     cell_data: dict[str, np.ndarray]
 
 
-class Simulation(ABC):
-    """A model of a scene; the driver marches it and the outputs read it.
+@dataclass(frozen=True, eq=False)
+class Increment:
+    """One increment of the mapping.
 
     Attributes:
-        scene: what the user asked for.
-        rods: in the scene's order.
-        effects: those that outlive a step, in the order in which they are assembled.
-        elastic: those of them that store what deforms the rods.
-        absent: effects that the scene does not call for, each with why.
-        sections: cross-section of each node, see `knotfem.solver.nonlinear.newton.out_of_balance`.
-        dofs: unknowns.
-        hexes: hexahedra.
-        segments: of discrete rods.
+        mapping_time: 0 to 1.
+        stretch: of every edge of every rod, shape [edges].
+        iterations: of Newton's method.
+        solved: whether the rods could follow; only the last increment must.
+        wall: [s].
+        state: that the rods are in.
+        smallest_j: smallest determinant of the deformation gradient; nan where there is none.
+        system: what was solved, with its clock; None where nothing was.
     """
 
+    mapping_time: float
+    stretch: np.ndarray
+    iterations: int
+    solved: bool
+    wall: float
+    state: State
+    smallest_j: float
+    system: System | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class EndNodes:
+    """The end of a rod.
+
+    Attributes:
+        nodes: that a force on it is distributed over, shape [n].
+        weights: fraction on each, shape [n].
+        outer: axis node of the end.
+        inner: axis node beside it.
+    """
+
+    nodes: np.ndarray
+    weights: np.ndarray
+    outer: int
+    inner: int
+
+
+@dataclass(frozen=True, eq=False)
+class RigidMotion:
+    """Motion of an end section, relative to where it lay when the step began.
+
+    Attributes:
+        translation: [mm], shape [3], as a function of time [s]; None for none.
+        rotation: about the rod's tangent there [rad], right-handed in the direction of the arclength; None for none.
+        oriented: whether the orientation is given too; else the end may turn freely.
+    """
+
+    translation: Callable[[float], np.ndarray] | None = None
+    rotation: Callable[[float], float] | None = None
+    oriented: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class Equations:
+    """The equations of a scene's step.
+
+    Attributes:
+        system: terms and constraints.
+        supports: nodes of each held or driven end, by its label such as "rod.start".
+        drives: label, nodes and unit direction of each driven or loaded end; the first is the one that is reported.
+    """
+
+    system: System
+    supports: dict[str, np.ndarray]
+    drives: Sequence[tuple[str, np.ndarray, np.ndarray]]
+
+
+@dataclass(frozen=True, eq=False)
+class Obstacle:
+    """A rigid body of the user's own.
+
+    Attributes:
+        surface: what it is.
+        friction: Coulomb coefficient of the rods on it.
+        name: for tables.
+    """
+
+    surface: RigidSurface
+    friction: float = 0.0
+    name: str = "obstacle"
+
+
+TermMaker = Term | Callable[["Model"], Term]
+"""A term of the user's own, or a function that makes it from the model, whose numbering it may need."""
+
+
+@dataclass(frozen=True, eq=False)
+class Additions:
+    """What a user adds to a scene as objects.
+
+    Attributes:
+        terms: forces.
+        obstacles: rigid bodies.
+        materials: laws of the bulk of hexahedra, by the rod's name.
+    """
+
+    terms: Sequence[TermMaker] = ()
+    obstacles: Sequence[Obstacle] = ()
+    materials: Mapping[str, Material] = field(default_factory=dict)
+
+    @property
+    def empty(self) -> bool:
+        """Whether there are none."""
+        return not (self.terms or self.obstacles or self.materials)
+
+
+class Model(ABC):
+    """A model of a scene. It never changes; states do.
+
+    Attributes:
+        width: unknowns of a node.
+        scene: what the user asked for.
+        targets: where each rod lies when tied.
+        terms: of all steps, in the order in which they are assembled.
+        absent: effects that the scene does not call for, each with why.
+        obstacle_names: of the scene and of the user's own.
+        sections: cross-sections, over which resultants are summed.
+        nodes: number of nodes.
+        hexes: hexahedra.
+        segments: of discrete rods.
+        warnings: what deserves one.
+    """
+
+    width: ClassVar[int]
+
     scene: Scene
-    rods: Sequence[Strand]
-    effects: Sequence[Term]
-    elastic: Sequence[Term]
+    targets: Sequence[Centreline]
+    terms: list[Term]
     absent: dict[str, str]
-    sections: np.ndarray
-    dofs: int
+    obstacle_names: list[str]
+    sections: Sections
+    nodes: int
     hexes: int = 0
     segments: int = 0
+    warnings: list[str]
 
-    def named(self, name: str) -> list:
-        """All effects of a name."""
-        return [effect for effect in self.effects if effect.name == name]
+    @property
+    def rods(self) -> tuple[Rod, ...]:
+        """Rods of the scene."""
+        return self.scene.rods
+
+    @property
+    def dofs(self) -> int:
+        """Number of unknowns."""
+        return self.width * self.nodes
 
     @property
     def diameter(self) -> float:
@@ -109,12 +217,7 @@ class Simulation(ABC):
     @property
     def force_scale(self) -> float:
         """B/r^2 of the softest rod [N]."""
-        return min(rod.scene.material.youngs_modulus * np.pi * rod.scene.diameter**2 / 16.0 for rod in self.rods)
-
-    @property
-    def warnings(self) -> list[str]:
-        """What deserves one."""
-        return [warning for rod in self.rods for warning in rod.target.warnings]
+        return min(rod.material.youngs_modulus * np.pi * rod.diameter**2 / 16.0 for rod in self.rods)
 
     @property
     def path_kind(self) -> str:
@@ -132,69 +235,83 @@ class Simulation(ABC):
         tie = self.scene.tie
         direction = None if tie.optimise_direction else (0.0, 0.0, 1.0)
         return [
-            make_path(
-                self.path_kind, rod.target.points, direction=direction, degree=tie.degree, threshold=tie.threshold
-            )
-            for rod in self.rods
+            make_path(self.path_kind, target.points, direction=direction, degree=tie.degree, threshold=tie.threshold)
+            for target in self.targets
         ]
 
-    def state(self, inside: bool) -> dict[str, Any]:
-        """For a checkpoint: what neither effects nor account remember.
+    def origin(self, state: State) -> State:
+        """What must be known, while a step is under way, of the state that it set out from."""
+        return State.of(state, {})
 
-        Args:
-            inside: whether a step is under way.
-        """
-        return {}
+    def adapted(self, state: State, equations: Equations) -> State:
+        """A state as the equations of a step that begins there take it."""
+        return state
 
-    def restore(self, state: dict[str, Any]) -> None:
-        """From a checkpoint."""
-        assert not state, "a model with a state of its own restores it"
+    def clamp_couples(self, x: np.ndarray) -> np.ndarray:
+        """Couple of each clamp on its rod [N mm], shape [clamps, 3], in the state last loaded."""
+        return np.zeros((0, 3))
+
+    def twist_profile(self, x: np.ndarray, time: float, displacement: float) -> Iterable[Row]:
+        """Rows of twist.csv: a row for each node of every discrete rod."""
+        return ()
+
+    def smallest_j(self) -> float:
+        """Smallest determinant of the deformation gradient in the state last assembled; 1 where there is none."""
+        return 1.0
 
     @abstractmethod
-    def straight(self) -> Motion:
-        """The motion before the mapping."""
+    def describe(self) -> dict[str, str]:
+        """What each effect is, with its figures, by name."""
+
+    @abstractmethod
+    def straight(self) -> State:
+        """The state before the mapping."""
 
     @abstractmethod
     def mapping(self, paths: list[CentrelinePath], linear_solver: str) -> Iterator[Increment]:
         """Carry the straight rods along their paths."""
 
     @abstractmethod
-    def equations(
-        self, step: Step, start: float, origin: np.ndarray, before: dict[str, np.ndarray], progress: Progress
-    ) -> StepSystem:
+    def end_nodes(self, rod: int, side: str) -> EndNodes:
+        """Nodes of an end."""
+
+    @abstractmethod
+    def outward(self, rod: int, side: str, origin: State) -> np.ndarray:
+        """Direction out of the rod at an end, of any length, shape [3]."""
+
+    @abstractmethod
+    def constrained(self, rod: int, side: str, motion: RigidMotion, origin: State) -> tuple[Prescribed, list[Clamp]]:
+        """Constraints of an end that moves so, the step beginning at `origin`."""
+
+    @abstractmethod
+    def equations(self, step: Step, origin: State, before: dict[str, np.ndarray]) -> Equations:
         """Equations of a step.
 
         Args:
             step: what happens to the ends.
-            start: time at which the step begins [s].
-            origin: state at that time, shape [nodes, unknowns].
-            before: force on each loaded end when the step begins [N], by label, shape [3].
-            progress: where the march sets out, later than `start` where the step is resumed.
+            origin: state at which it begins, see `origin`.
+            before: force on each loaded end then [N], by label, shape [3]; none for an end that bore none.
         """
 
     @abstractmethod
-    def account(self) -> Account:
-        """A new account."""
+    def axis_nodes(self, rod: int) -> np.ndarray:
+        """Nodes on the centreline of a rod, shape [n]."""
 
-    @abstractmethod
-    def kinetic(self, v: np.ndarray) -> float:
-        """Kinetic energy [N mm] at these velocities [mm/s]."""
-
-    @abstractmethod
     def centrelines(self, x: np.ndarray) -> list[np.ndarray]:
-        """Vertices of each rod [mm], shapes [sections, 3]."""
+        """Vertices of each rod [mm], shape [n, 3] each."""
+        return [x[self.axis_nodes(rod), :3] for rod in range(len(self.rods))]
 
     @abstractmethod
-    def profile(self, x: np.ndarray, time: float, displacement: float) -> Iterable[Row]:
-        """Rows of tension.csv: a row a section of every rod."""
+    def tension_profile(self, x: np.ndarray, time: float, displacement: float) -> Iterable[Row]:
+        """Rows of tension.csv: a row for each section of every rod, in the state last loaded."""
 
-    def twist(self, x: np.ndarray, time: float, displacement: float) -> Iterable[Row]:
-        """Rows of twist.csv: a row a node of every discrete rod."""
-        return ()
+    def contacts(self) -> ContactReport:
+        """Where strands press on each other and on obstacles, in the state last assembled."""
+        if not any(term.role is Role.CONTACT for term in self.terms):
+            return ContactReport.empty()
+        from knotfem.contact.collect import contact_report
 
-    @abstractmethod
-    def contacts(self) -> ContactMap:
-        """Where strands press on each other and on obstacles in the last accepted state."""
+        return contact_report(self.terms)
 
     @abstractmethod
     def series_mesh(self) -> SeriesMesh:
@@ -202,23 +319,4 @@ class Simulation(ABC):
 
     @abstractmethod
     def fields(self, x: np.ndarray) -> Fields:
-        """Fields of a state."""
-
-
-def make_simulation(scene: Scene, folder: Path | None = None) -> Simulation:
-    """The model that a scene names.
-
-    Args:
-        scene: what the user asked for.
-        folder: of the run.
-
-    Raises:
-        InputError: a centreline or a section that cannot be, or a feature that the model does not have.
-    """
-    if scene.model == "rod":
-        from knotfem.models.rod.reduced import Reduced
-
-        return Reduced(scene, folder)
-    from knotfem.models.solid.solid import Solid
-
-    return Solid(scene)
+        """Fields of the state last assembled."""

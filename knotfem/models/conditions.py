@@ -8,33 +8,21 @@ from typing import TypeVar
 import numpy as np
 
 from knotfem.errors import InputError
+from knotfem.geometry.vectors import unit
 from knotfem.scene.model import Scene
-from knotfem.scene.steps import Driven, Load, Loaded, Pull, Relax, Step, Turn
+from knotfem.scene.steps import Load, Loaded, Pull, Relax, Step, Turn
 from knotfem.solver import schemes
+from knotfem.solver.constraints import Clamp
+from knotfem.solver.term import Conditions
+from knotfem.types import History
 
-History = Callable[[float], float]
-"""A number as a function of time [s]."""
-Drive = tuple[str, np.ndarray, np.ndarray]
-"""Label, nodes and unit direction of an end that is driven or loaded."""
 Size = TypeVar("Size", float, np.ndarray)
 
 
-def unit(vector: Sequence[float] | np.ndarray) -> np.ndarray:
-    """The vector's direction, shape [3]."""
-    v = np.array(vector, dtype=float)
-    return v / np.linalg.norm(v)
-
-
-def gravity_of(scene: Scene) -> np.ndarray | None:
-    """Acceleration [mm/s^2], shape [3], or None."""
+def gravity_of(scene: Scene) -> np.ndarray:
+    """Acceleration [mm/s^2], shape [3]; zero where the scene has none."""
     gravity = scene.gravity
-    return None if gravity is None else gravity.acceleration * unit(gravity.direction)
-
-
-def reported_first(drives: list[Drive], step: Step) -> list[Drive]:
-    """The end that tables report before all others: the first driven one, else the first loaded one."""
-    driven = [f"{rod}.{side}" for rod, side in step.having(Driven)]
-    return sorted(drives, key=lambda drive: drive[0] not in driven)
+    return np.zeros(3) if gravity is None else gravity.acceleration * unit(gravity.direction)
 
 
 def ramp(step: Pull, start: float) -> History:
@@ -124,9 +112,6 @@ def drag_rate(scene: Scene, step: Step) -> float:
     return 0.0 if scene.drag is None else scene.drag.rate_of(isinstance(step, Relax))
 
 
-def adjust(named: Callable[[str], list], scene: Scene, step: Step, start: float) -> None:
-    """Give friction and drag, found by their names, the coefficients of a step that begins at `start` [s]."""
-    for friction in named("friction"):
-        friction.factor = friction_factor(scene, step, start)
-    for drag in named("drag"):
-        drag.rate = drag_rate(scene, step)
+def conditions_of(scene: Scene, step: Step, start: float, clamps: Sequence[Clamp] = ()) -> Conditions:
+    """Friction and drag of a step that begins at `start` [s], with the clamps of its ends."""
+    return Conditions(friction_factor(scene, step, start), drag_rate(scene, step), clamps)

@@ -122,17 +122,8 @@ def render_mesh(
         InputError: the suffix is not .png, the arrays do not fit, or the file cannot be written.
         MissingDependency: pyvista or an OpenGL library is absent.
     """
-    if scalars is not None and len(scalars) == len(hexes) != len(points):
-        scalars = on_nodes(hexes, np.asarray(scalars, dtype=np.float64), len(points))
-    if scalars is not None and np.shape(scalars) != (len(points),):
-        expected = f"{len(points)} on nodes or {len(hexes)} on hexahedra"
-        raise InputError("scalars do not fit the mesh", found=f"shape {np.shape(scalars)}", expected=expected)
-    if rings:
-        surfaces = [smooth_tube(points[r], None if scalars is None else scalars[r]) for r in rings]
-    else:
-        surfaces = [boundary(points, hexes, scalars)]
     render_surfaces(
-        surfaces,
+        surfaces_of(points, hexes, scalars, rings),
         out,
         cylinders=cylinders,
         label=label,
@@ -143,6 +134,24 @@ def render_mesh(
         size=size,
         smooth=bool(rings),
     )
+
+
+def surfaces_of(
+    points: FloatArray, hexes: IntArray, scalars: FloatArray | None, rings: Sequence[IntArray]
+) -> list[Surface]:
+    """Surfaces of rods to be drawn; arguments as for `render_mesh`.
+
+    Raises:
+        InputError: the arrays do not fit.
+    """
+    if scalars is not None and len(scalars) == len(hexes) != len(points):
+        scalars = on_nodes(hexes, np.asarray(scalars, dtype=np.float64), len(points))
+    if scalars is not None and np.shape(scalars) != (len(points),):
+        expected = f"{len(points)} on nodes or {len(hexes)} on hexahedra"
+        raise InputError("scalars do not fit the mesh", found=f"shape {np.shape(scalars)}", expected=expected)
+    if rings:
+        return [smooth_tube(points[r], None if scalars is None else scalars[r]) for r in rings]
+    return [boundary(points, hexes, scalars)]
 
 
 def render_surfaces(
@@ -192,7 +201,7 @@ def render_surfaces(
         colouring: dict[str, Any] = {"scalars": "values", "cmap": colour_map, "clim": limits, "show_scalar_bar": False}
         for i, surface in enumerate(surfaces):
             kind = {"color": PLAIN[i % len(PLAIN)]} if surface.values is None else colouring
-            actor = plotter.add_mesh(_polygons(surface), smooth_shading=smooth, **GLOSS, **kind)
+            actor = plotter.add_mesh(polygons(surface), smooth_shading=smooth, **GLOSS, **kind)
             if surface.values is not None and i == 0:
                 _colour_bar(plotter, actor.mapper, label)
         for cylinder in cylinders:
@@ -216,7 +225,7 @@ def _limits(surfaces: Sequence[Surface]) -> tuple[float, float] | None:
     return (low, high) if high > low else (low - 0.5, high + 0.5)
 
 
-def _polygons(surface: Surface) -> Any:
+def polygons(surface: Surface) -> Any:
     import pyvista as pv
 
     triangle = surface.faces[:, 2] == surface.faces[:, 3]

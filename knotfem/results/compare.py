@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from knotfem.errors import InputError
-from knotfem.results.curves import Curve, force_curve, onset_of_locking
+from knotfem.results.force import ForceCurve, force_curve, onset_of_locking
 from knotfem.results.profiles import CommonState, common_state, knot_length, profiles_apart, relative_l2
-from knotfem.run.directory import RunDirectory
+from knotfem.results.run import Run
 from knotfem.run.tables import write_table
 
 POINTS = 400
@@ -48,7 +48,7 @@ class Comparison:
         state: in which tension along the rods is compared, or None.
     """
 
-    curves: list[Curve]
+    curves: list[ForceCurve]
     figures: list[Figure]
     locking: float | None
     state: CommonState | None
@@ -85,7 +85,7 @@ class Comparison:
 
 
 def compare(
-    runs: Sequence[RunDirectory], *, locking: float | None = None, at: float | None = None, step: str | None = None
+    runs: Sequence[Run], *, locking: float | None = None, at: float | None = None, step: str | None = None
 ) -> Comparison:
     """Hold runs against the first of them.
 
@@ -117,7 +117,7 @@ def compare(
     return Comparison(curves, figures, onset, state)
 
 
-def _forces(curves: Sequence[Curve], locking: float | None) -> tuple[list[Figure], float | None]:
+def _forces(curves: Sequence[ForceCurve], locking: float | None) -> tuple[list[Figure], float | None]:
     """Force curves over the displacements that all have, and where the first run begins to lock [mm]."""
     first, *others = curves
     low, high = max(c.displacement[0] for c in curves), min(c.displacement[-1] for c in curves)
@@ -146,7 +146,7 @@ def _forces(curves: Sequence[Curve], locking: float | None) -> tuple[list[Figure
     return figures, onset
 
 
-def _tensions(curves: Sequence[Curve], state: CommonState) -> list[Figure]:
+def _tensions(curves: Sequence[ForceCurve], state: CommonState) -> list[Figure]:
     """Tension profiles and the size of the knot in one state."""
     if state.displacements is not None:
         where = Figure("tension profile at", "mm", state.displacements)
@@ -164,13 +164,15 @@ def _tensions(curves: Sequence[Curve], state: CommonState) -> list[Figure]:
     ]
 
 
-def _labels(runs: Sequence[RunDirectory]) -> list[str]:
-    names = [run.path.resolve().name for run in runs]
-    return [name if names.count(name) == 1 else str(run.path) for name, run in zip(names, runs, strict=True)]
+def _labels(runs: Sequence[Run]) -> list[str]:
+    names = [run.name for run in runs]
+    numbered = [f"{name} ({number})" for number, name in enumerate(names, 1)]
+    long = [other if run.path is None else str(run.path) for run, other in zip(runs, numbered, strict=True)]
+    return [name if names.count(name) == 1 else other for name, other in zip(names, long, strict=True)]
 
 
-def _records(curves: Sequence[Curve]) -> list[Figure]:
-    summaries: list[dict[str, Any]] = [_summary(curve.run) for curve in curves]
+def _records(curves: Sequence[ForceCurve]) -> list[Figure]:
+    summaries: list[dict[str, Any]] = [curve.run.summary for curve in curves]
     phases = [summary.get("phases", {}).values() for summary in summaries]
     knots = [summary.get("knot_after") for summary in summaries]
     named = [", ".join(k["name"] for k in knot.values()) if isinstance(knot, dict) else knot for knot in knots]
@@ -184,10 +186,6 @@ def _records(curves: Sequence[Curve]) -> list[Figure]:
         Figure("largest penetration over d", "", [summary.get("max_penetration_over_d") for summary in summaries]),
         Figure("pulled to", "mm", [float(c.displacement[-1]) if c.displacement.size else None for c in curves]),
     ]
-
-
-def _summary(run: RunDirectory) -> dict[str, Any]:
-    return run.read_summary() if (run.path / "summary.json").exists() else {}
 
 
 def _relative(value: float | None, first: float | None) -> float | None:

@@ -2,18 +2,75 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from knotfem.errors import InputError
-from knotfem.run.directory import RunDirectory
-from knotfem.run.tables import read_table
 
-EXTRA_COLUMNS = ("rod", "time_s", "shear_N", "bending_moment_Nmm", "torque_Nmm", "x_mm", "y_mm", "z_mm")
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 NEEDED = ("time_s", "displacement_mm", "s_over_L", "tension_N")
 """Columns without which tension.csv says nothing."""
+
+
+class HasTables(Protocol):
+    """A run with tables."""
+
+    @property
+    def path(self) -> Path | None:
+        """The run directory, or None in memory."""
+        ...
+
+    def table(self, name: str) -> Mapping[str, np.ndarray]:
+        """Columns by name."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class TensionProfile:
+    """Tension along the centreline in one state.
+
+    Attributes:
+        table: columns of tension.csv, one state's rows.
+        time: [s].
+        displacement: of the reported end [mm].
+    """
+
+    table: dict[str, np.ndarray]
+    time: float
+    displacement: float
+
+    @property
+    def arclength(self) -> np.ndarray:
+        """From the start of each rod [mm], shape [sections of all rods]."""
+        return self.table["arclength_mm"]
+
+    @property
+    def tension(self) -> np.ndarray:
+        """Sum of nodal forces along the centreline [N], shape [sections of all rods]."""
+        return self.table["tension_N"]
+
+    def of(self, rod: str) -> TensionProfile:
+        """The part of one rod."""
+        rows = self.table["rod"] == rod
+        return TensionProfile({k: v[rows] for k, v in self.table.items()}, self.time, self.displacement)
+
+    def plot(self, axes: Axes | None = None, **line: object) -> Axes:
+        """Tension [N] against arclength [mm], a line for each rod."""
+        from knotfem.plot.axes import axes_for
+
+        drawn = axes_for(axes)
+        for rod in dict.fromkeys(self.table["rod"].tolist()):
+            part = self.of(rod)
+            drawn.plot(part.arclength, part.tension, **{"label": rod, **line})  # pyright: ignore[reportArgumentType]
+        drawn.set_xlabel("arclength [mm]")
+        drawn.set_ylabel("tension [N]")
+        return drawn
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,13 +78,13 @@ class StoredStates:
     """States whose profiles are stored.
 
     Attributes:
-        path: the table they are in.
+        path: of the run.
         table: its columns.
         times: [s], ascending.
         displacements: of the reported end at those times [mm].
     """
 
-    path: Path
+    path: Path | None
     table: dict[str, np.ndarray]
     times: np.ndarray
     displacements: np.ndarray
@@ -52,35 +109,24 @@ class StoredStates:
             )
         return float(self.times[i]), float(self.displacements[i])
 
+    def profile(self, at: float | None) -> TensionProfile:
+        """Tension profile of the state nearest to a displacement [mm], or of the last."""
+        time, displacement = self.nearest(at)
+        rows = self.table["time_s"] == time
+        return TensionProfile({name: values[rows] for name, values in self.table.items()}, time, displacement)
 
-def stored_states(run: RunDirectory) -> StoredStates:
+
+def stored_states(run: HasTables) -> StoredStates:
     """The states of a run whose profiles are stored.
 
     Raises:
         InputError: there are none.
     """
-    path = run.path / "tension.csv"
-    table = read_table(path, NEEDED) if path.exists() else {}
+    table = dict(run.table("tension"))
     if not table or not table["time_s"].size:
         raise InputError("no tension is stored yet", file=run.path, expected="a run that knotfem pull has brought on")
+    for column in NEEDED:
+        if column not in table:
+            raise InputError("no such column", file=run.path, key=column, found=",".join(table))
     times, first = np.unique(table["time_s"], return_index=True)
-    return StoredStates(path, table, times, table["displacement_mm"][first])
-
-
-def tension(run: RunDirectory, at: float | None = None) -> dict[str, np.ndarray]:
-    """The tension profile at a stored displacement.
-
-    Args:
-        run: a run with a tension.csv.
-        at: displacement [mm]; the nearest stored one is taken; None for the last.
-
-    Returns:
-        Columns of tension.csv, one state's rows.
-
-    Raises:
-        InputError: no profile is stored, or none near `at`.
-    """
-    states = stored_states(run)
-    time, _ = states.nearest(at)
-    rows = states.table["time_s"] == time
-    return {name: values[rows] for name, values in states.table.items()}
+    return StoredStates(run.path, table, times, table["displacement_mm"][first])

@@ -11,7 +11,7 @@ import numpy as np
 
 from knotfem.errors import InputError
 from knotfem.geometry.clearance import close_strands
-from knotfem.results.curves import Curve
+from knotfem.results.force import ForceCurve
 from knotfem.results.profile import stored_states
 
 Profiles = dict[str, dict[str, np.ndarray]]
@@ -39,7 +39,7 @@ class CommonState:
     over_force: bool
 
 
-def common_state(curves: Sequence[Curve], at: float | None, step: str | None) -> CommonState | None:
+def common_state(curves: Sequence[ForceCurve], at: float | None, step: str | None) -> CommonState | None:
     """The stored states in which runs can be compared.
 
     Args:
@@ -70,14 +70,14 @@ def common_state(curves: Sequence[Curve], at: float | None, step: str | None) ->
 Table = dict[str, np.ndarray]
 
 
-def _table(curve: Curve) -> Table:
+def _table(curve: ForceCurve) -> Table:
     try:
         return stored_states(curve.run).table
     except InputError:
         return {"time_s": np.zeros(0), "displacement_mm": np.zeros(0)}
 
 
-def _in_step(curves: Sequence[Curve], tables: Sequence[Table], name: str) -> CommonState:
+def _in_step(curves: Sequence[ForceCurve], tables: Sequence[Table], name: str) -> CommonState:
     for curve in curves:
         if name not in curve.steps:
             known = ", ".join(curve.steps)
@@ -94,7 +94,7 @@ def _in_step(curves: Sequence[Curve], tables: Sequence[Table], name: str) -> Com
     return _at_displacement(curves, tables, max((d for d in stored[0] if d <= high), default=high))
 
 
-def _nothing_in(curve: Curve, name: str) -> InputError:
+def _nothing_in(curve: ForceCurve, name: str) -> InputError:
     return InputError("no tension is stored in this step", file=curve.run.path, key="--step", found=f'"{name}"')
 
 
@@ -109,7 +109,7 @@ def _pulled(table: Table, spans: Iterable[tuple[float, float, float]]) -> dict[f
     return dict(sorted(found.items()))
 
 
-def _at_displacement(curves: Sequence[Curve], tables: Sequence[Table], wanted: float) -> CommonState:
+def _at_displacement(curves: Sequence[ForceCurve], tables: Sequence[Table], wanted: float) -> CommonState:
     displacements, times = [], []
     for curve, table in zip(curves, tables, strict=True):
         stored = _pulled(table, curve.spans.values())
@@ -126,7 +126,7 @@ def _at_displacement(curves: Sequence[Curve], tables: Sequence[Table], wanted: f
     return _state(curves, tables, times, forces, displacements=displacements)
 
 
-def _at_end(curves: Sequence[Curve], tables: Sequence[Table], name: str) -> CommonState:
+def _at_end(curves: Sequence[ForceCurve], tables: Sequence[Table], name: str) -> CommonState:
     times, forces = [], []
     for curve, table in zip(curves, tables, strict=True):
         taken, force = curve.steps[name]
@@ -139,7 +139,7 @@ def _at_end(curves: Sequence[Curve], tables: Sequence[Table], name: str) -> Comm
 
 
 def _state(
-    curves: Sequence[Curve],
+    curves: Sequence[ForceCurve],
     tables: Sequence[Table],
     times: Sequence[float],
     forces: list[float],
@@ -153,7 +153,7 @@ def _state(
     return CommonState(step, displacements, forces, profiles, loaded)
 
 
-def _profile(curve: Curve, table: Table, time: float, scale: float) -> Profiles:
+def _profile(curve: ForceCurve, table: Table, time: float, scale: float) -> Profiles:
     rows = table["time_s"] == time
     names = table.get("rod", np.full(rows.shape, curve.run.scene.rods[0].name))
     return {
@@ -178,7 +178,7 @@ def profiles_apart(profiles: Profiles, first: Profiles) -> float | None:
     return relative_l2(np.concatenate(here), np.concatenate(there))
 
 
-def knot_length(curve: Curve, profiles: Profiles) -> float | None:
+def knot_length(curve: ForceCurve, profiles: Profiles) -> float | None:
     """Arclength from the first to the last place where one rod runs close to itself [mm]; None for several rods."""
     rod, *others = curve.run.scene.rods
     profile = profiles.get(rod.name, {})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from functools import cached_property
@@ -23,8 +23,7 @@ from knotfem.run.files import (
     write_atomically,
     write_json,
 )
-from knotfem.run.tables import FORCE_COLUMNS, TENSION_COLUMNS, TIE_COLUMNS, Table
-from knotfem.scene.load import load_scene
+from knotfem.scene.load import Overrides, load_scene
 from knotfem.scene.model import Scene
 from knotfem.scene.write import scene_to_toml
 
@@ -127,12 +126,7 @@ class RunDirectory:
             raise InputError(
                 "not tied yet", file=self.path, expected="a run that knotfem tie or pull has brought that far"
             )
-        ours, theirs = _fixed_by_tying(self.scene), _fixed_by_tying(scene)
-        for key, value in ours.items():
-            if theirs[key] != value:
-                raise InputError(
-                    "differs from the tied run", file=self.path, key=key, expected="the same, or a run of its own"
-                )
+        self.check_branch(self.scene, scene, self.path)
         run = RunDirectory.create(scene, path, force=force)
         for name in _SERIES:
             if name != _FORCE and (self.path / name).exists():
@@ -140,7 +134,26 @@ class RunDirectory:
         run.checkpoints.adopt(tied)
         return run
 
-    def override(self, overrides: Sequence[str]) -> None:
+    @staticmethod
+    def check_branch(tied: Scene, scene: Scene, path: Path | None) -> None:
+        """Refuse a scene that would tie another knot than a run did.
+
+        Args:
+            tied: scene of the run.
+            scene: to go on with.
+            path: of the run, for the message.
+
+        Raises:
+            InputError: what differs.
+        """
+        ours, theirs = _fixed_by_tying(tied), _fixed_by_tying(scene)
+        for key, value in ours.items():
+            if theirs[key] != value:
+                raise InputError(
+                    "differs from the tied run", file=path, key=key, expected="the same, or a run of its own"
+                )
+
+    def override(self, overrides: Overrides) -> None:
         """Compute from here on with other settings, which leave what is computed as it is; scene.toml stays.
 
         Args:
@@ -175,27 +188,6 @@ class RunDirectory:
     def checkpoints(self) -> CheckpointStore:
         """States to go on from."""
         return CheckpointStore(self.path / "checkpoints")
-
-    @cached_property
-    def tie_table(self) -> Table:
-        """The table tie.csv: a row an increment of the mapping."""
-        return Table(self.path / _TIE, TIE_COLUMNS)
-
-    def force_table(self, more: Sequence[str] = ()) -> Table:
-        """The table force.csv: a row a step.
-
-        Args:
-            more: columns beside the fixed ones.
-        """
-        return Table(self.path / _FORCE, (*FORCE_COLUMNS, *more))
-
-    def tension_table(self, more: Sequence[str] = ()) -> Table:
-        """The table tension.csv: a row a section, for every stored displacement.
-
-        Args:
-            more: columns beside the fixed ones.
-        """
-        return Table(self.path / "tension.csv", (*TENSION_COLUMNS, *more))
 
     def write_status(self, state: State, **progress: Any) -> None:
         """Replace status.json.

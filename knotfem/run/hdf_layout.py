@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from knotfem.plot.frames import Frame
+from knotfem.run.frames import Frame
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

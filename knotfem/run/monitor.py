@@ -10,7 +10,7 @@ import numpy as np
 
 from knotfem.errors import KnotLost
 from knotfem.geometry.frames import tangents
-from knotfem.models.base import Simulation
+from knotfem.models.base import Model
 from knotfem.topology.diagram import crossing_signature
 from knotfem.topology.interpenetration import first_interpenetration
 from knotfem.topology.knot_type import knot_type
@@ -27,7 +27,7 @@ class RodKnot:
         crossings: signature seen from the front (viewer at -y, x right, z up).
         linking: with each obstacle's axis.
         laced: by the name of each other rod, for each way of continuing the ends, the Jones polynomial of the link with
-            it; empty where the two are not laced.
+            it; empty where the two are not linked.
     """
 
     name: str
@@ -37,21 +37,25 @@ class RodKnot:
     laced: dict[str, tuple[str, ...]]
 
 
-class KnotWatch:
-    """Names knots and finds passages.
+Knots = dict[str, dict[str, Any]]
+"""Fields of `RodKnot` of each rod, by its name, fit for JSON."""
+
+
+class KnotMonitor:
+    """Names knots and finds strands that pass through each other.
 
     Args:
         model: rods; their targets say how the ends are continued.
 
     Attributes:
         ends: of each rod, along its tangents: so knots are named.
-        outward: of each rod, away from the middle of all. Rods are laced or apart where both ways agree: an end may lie
-            so that its continuation one way runs through the other rod.
+        outward: of each rod, away from the middle of all. Rods are linked or apart where both ways agree: an end may
+            lie so that its continuation one way runs through the other rod.
     """
 
-    def __init__(self, model: Simulation) -> None:
+    def __init__(self, model: Model) -> None:
         self.model = model
-        targets = [rod.target.points for rod in model.rods]
+        targets = [target.points for target in model.targets]
         every = np.concatenate(targets)
         middle = 0.5 * (every.min(axis=0) + every.max(axis=0))
         self.ends, self.outward = [], []
@@ -60,26 +64,26 @@ class KnotWatch:
             self.ends.append((-t[0], t[-1]))
             self.outward.append((points[0] - middle, points[-1] - middle))
 
-    def name(self, x: np.ndarray) -> dict[str, dict[str, Any]]:
-        """Knots of all rods by the rod's name, fit for JSON, at positions [mm], shape [nodes, unknowns]."""
-        rods, lines = [rod.scene.name for rod in self.model.rods], self.model.centrelines(x)
-        laced: dict[str, dict[str, tuple[str, ...]]] = {rod: {} for rod in rods}
+    def knots(self, x: np.ndarray) -> Knots:
+        """Knots of all rods at positions [mm], shape [nodes, width]."""
+        rods, lines = [rod.name for rod in self.model.rods], self.model.centrelines(x)
+        linked: dict[str, dict[str, tuple[str, ...]]] = {rod: {} for rod in rods}
         for i, j in combinations(range(len(rods)), 2):
             ways = ((self.ends[i], self.ends[j]), (self.outward[i], self.outward[j]))
             links = [link_type((lines[i], lines[j]), ends) for ends in ways]
             found = tuple(str(link.jones) if link.linked else "" for link in links)
-            laced[rods[i]][rods[j]] = laced[rods[j]][rods[i]] = found
+            linked[rods[i]][rods[j]] = linked[rods[j]][rods[i]] = found
         result = {}
         for rod, points, ends in zip(rods, lines, self.ends, strict=True):
             kind = knot_type(points, ends)
             linking = tuple(int(linking_number(points, o.point, o.axis)) for o in self.model.scene.obstacles)
-            knot = RodKnot(kind.name, str(kind.jones), crossing_signature(points), linking, laced[rod])
+            knot = RodKnot(kind.name, str(kind.jones), crossing_signature(points), linking, linked[rod])
             result[rod] = asdict(knot)
         return result
 
     @staticmethod
-    def lost(before: dict[str, dict[str, Any]], now: dict[str, dict[str, Any]]) -> str:
-        """What has come undone, in words; empty where all that was tied or laced still is."""
+    def lost(before: Knots, now: Knots) -> str:
+        """What has come undone, in words; empty where all that was knotted or linked still is."""
         for rod, tied in before.items():
             knot = now[rod]
             if _holds(tied) and not _holds(knot):
@@ -89,16 +93,15 @@ class KnotWatch:
                     return f"{rod} and {other} have come apart"
         return ""
 
-    def check_passage(self, before: np.ndarray, after: np.ndarray, time: float) -> None:
+    def check_interpenetration(self, before: np.ndarray, after: np.ndarray, time: float) -> None:
         """Raise KnotLost where a strand passed through another from one accepted state to the next."""
-        lines = self.model.centrelines(before), self.model.centrelines(after)
-        found = first_interpenetration(*lines, self.model.diameter)
+        lines = self.model.centrelines
+        found = first_interpenetration(lines(before), lines(after), self.model.diameter)
         if found is None:
             return
         rods = [self.model.rods[i] for i in found.rods]
         places = " and ".join(
-            f"s/L = {edge / rod.scene.slices:.3f} of {rod.scene.name}"
-            for edge, rod in zip(found.edges, rods, strict=True)
+            f"s/L = {edge / rod.slices:.3f} of {rod.name}" for edge, rod in zip(found.edges, rods, strict=True)
         )
         raise KnotLost(f"strands passed through each other at {time:.6g} s: {places}")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import math
 import sys
 import time
@@ -127,7 +128,9 @@ class LiveBar:
             BarColumn(bar_width=10, table_column=Column(min_width=10)),
             TextColumn("{task.fields[figures]}", table_column=Column(ratio=1, no_wrap=True)),
         )
-        self._bar = Progress(*columns, console=Console(file=stream), refresh_per_second=4, expand=True)
+        self._bar = Progress(
+            *columns, console=Console(file=None if _in_notebook() else stream), refresh_per_second=4, expand=True
+        )
         self._clock, self._phase, self._task = _Clock(), "", None
         self._bar.start()
 
@@ -172,6 +175,42 @@ def make_progress(*, quiet: bool = False, log_format: LogFormat = "text", stream
     if log_format == "json":
         return JsonLines(target)
     return LiveBar(target) if target.isatty() else Lines(target)
+
+
+class Logged:
+    """A record of the log "knotfem" for each step, for programs that have no terminal."""
+
+    def __init__(self) -> None:
+        self._log = logging.getLogger("knotfem")
+
+    def message(self, text: str) -> None:
+        """Log the text."""
+        self._log.info(text)
+
+    def step(self, report: StepReport) -> None:
+        """Log the step's figures."""
+        self._log.info("%s  %s", report.phase, figures(report))
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+def automatic_progress(*, shown: bool = True) -> Progress:
+    """A bar where a person looks on, in a terminal or a notebook; else records of the log.
+
+    Args:
+        shown: false for the log alone.
+    """
+    stream = sys.stderr
+    if shown and (_in_notebook() or (stream is not None and stream.isatty())):
+        return LiveBar(stream)
+    return Logged()
+
+
+def _in_notebook() -> bool:
+    shell = sys.modules.get("IPython")
+    instance = shell.get_ipython() if shell is not None else None
+    return type(instance).__name__ == "ZMQInteractiveShell"
 
 
 def figures(report: StepReport) -> str:

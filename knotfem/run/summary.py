@@ -10,30 +10,33 @@ from typing import Any
 
 import numpy as np
 
-from knotfem.energy.account import Balance
-from knotfem.models.base import Simulation
-from knotfem.run.directory import RunDirectory
+from knotfem.energy.balance import StepFigures
+from knotfem.energy.energies import Energies
+from knotfem.models.base import Model
 from knotfem.run.machine import peak_memory_mb
-from knotfem.scene.model import Scene
-from knotfem.solver.stepping.integrator import Accepted
+from knotfem.run.monitor import Knots
+from knotfem.run.simulation import TimeStepDone
 from knotfem.solver.system import System
-from knotfem.sparse import linear
+from knotfem.solver.term import Role
 
-CONTACT = ("contact", "friction", "cylinder", "cylinder friction")
-"""Effects whose time counts as contact; that of all others is assembly."""
 SOLVER_PARTS = {"analysis": "factorisation", "factorisation": "factorisation", "solve": "solve"}
 """Parts of the solver by what they count as; the others (pattern, constraints) are assembly."""
 
 
 class Summary:
-    """Gathers the figures of a run over all its sessions."""
+    """Gathers the figures of a run over all its sessions.
 
-    def __init__(self, run: RunDirectory, model: Simulation) -> None:
-        self.run, self.model = run, model
+    Args:
+        model: of the scene.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
         self._diameter = model.diameter
-        self._phase, self._since = "", (0.0, 0.0)
+        self._since = (0.0, 0.0)
         self._seen_clock: dict[str, tuple[float, float]] = {}
         self._seen_counts = (0, 0)
+        self._system: System | None = None
         self.figures: dict[str, Any] = {
             "phases": {},
             "effects": {},
@@ -60,34 +63,19 @@ class Summary:
             "linear_solver": "",
         }
 
-    def choose_solver(self, scene: Scene) -> str:
-        """Name of the linear solver that "auto" stands for here, recorded."""
-        name = scene.solver.linear
-        self.figures["linear_solver"] = linear.available()[0] if name == "auto" else name
-        return self.figures["linear_solver"]
+    def begin(self) -> None:
+        """Time counts from now."""
+        self._since = time.perf_counter(), time.process_time()
 
-    def begin_phase(self, name: str) -> None:
-        """A phase, or a session's part of it, begins."""
-        self._phase, self._since = name, (time.perf_counter(), time.process_time())
-        self._seen_clock, self._seen_counts = {}, (0, 0)
-
-    def book(self, system: System | None = None) -> None:
-        """Book what the phase took since it began or was booked last.
-
-        Args:
-            system: the one at work, if any.
-        """
-        if not self._phase:
-            return
+    def add_time(self, phase: str) -> None:
+        """Add what a phase took since the last call."""
         now, (wall, cpu) = (time.perf_counter(), time.process_time()), self._since
-        _add(self.figures["phases"].setdefault(self._phase, _nothing()), now[0] - wall, now[1] - cpu)
+        _add(self.figures["phases"].setdefault(phase, _nothing()), now[0] - wall, now[1] - cpu)
         self._since = now
-        if system is not None:
-            self._book_system(system)
 
     @contextmanager
     def output(self) -> Iterator[None]:
-        """Books what happens inside as output."""
+        """What happens inside counts as output."""
         wall, cpu = time.perf_counter(), time.process_time()
         try:
             yield
@@ -98,35 +86,41 @@ class Summary:
         """Stretch of the mapping at its increments."""
         self.figures["max_stretch_deviation"] = max(float(np.abs(s - 1.0).max()) for s in stretches)
 
-    def balance(self, balance: Balance) -> None:
+    def output_figures(self, figures: StepFigures) -> None:
         """Outputs of a loading step are due."""
         f = self.figures
-        f["max_imbalance_N"] = max(f["max_imbalance_N"], balance.imbalance)
-        f["max_drag_force_N"] = max(f["max_drag_force_N"], balance.drag_force)
-        if balance.force != 0.0:
-            share = balance.imbalance / abs(balance.force)
-            f["max_imbalance_over_force"] = max(f["max_imbalance_over_force"], share)
+        f["max_imbalance_N"] = max(f["max_imbalance_N"], figures.imbalance)
+        f["max_drag_force_N"] = max(f["max_drag_force_N"], figures.drag_force)
+        if figures.force != 0.0:
+            part = figures.imbalance / abs(figures.force)
+            f["max_imbalance_over_force"] = max(f["max_imbalance_over_force"], part)
 
-    def count(self, accepted: Accepted, balance: Balance) -> None:
+    def count(self, event: TimeStepDone) -> None:
         """A step was accepted."""
-        f = self.figures
+        f, figures = self.figures, event.figures
         f["steps"] += 1
-        f["newton_iterations"] += accepted.took.count
-        f["cutbacks"] += accepted.failed
-        f["max_penetration_over_d"] = max(f["max_penetration_over_d"], balance.penetration / self._diameter)
-        f["final_force_N"] = balance.force
-        f["min_jacobian"] = min([f["min_jacobian"], *(bulk.smallest_j for bulk in self.model.named("elasticity"))])
+        f["newton_iterations"] += event.accepted.solution.iterations
+        f["cutbacks"] += event.accepted.rejected
+        f["max_penetration_over_d"] = max(f["max_penetration_over_d"], figures.penetration / self._diameter)
+        f["final_force_N"] = figures.force
+        f["min_jacobian"] = min(f["min_jacobian"], self.model.smallest_j())
 
-    def _book_system(self, system: System) -> None:
-        names = {effect.name for effect in system.effects}
+    def add_system(self, system: System | None) -> None:
+        """Add what the parts of a solve took since the last call."""
+        if system is None:
+            return
+        if system is not self._system:
+            self._system, self._seen_clock, self._seen_counts = system, {}, (0, 0)
+        terms = {term.name: term for term in system.terms}
         for name, cpu in system.clock.cpu.items():
             before = self._seen_clock.get(name, (0.0, 0.0))
             now = (system.clock.wall[name], cpu)
             self._seen_clock[name] = now
             wall_s, cpu_s = now[0] - before[0], now[1] - before[1]
-            if name in names:
+            if name in terms:
                 self.figures["effects"].setdefault(name, {"cpu_s": 0.0, "share": 0.0})["cpu_s"] += cpu_s
-                part = "contact" if name in CONTACT else "assembly"
+                touching = terms[name].role in (Role.CONTACT, Role.FRICTION)
+                part = "contact" if touching else "assembly"
             else:
                 parts = self.figures["solver_cpu_s"]
                 parts[name] = parts.get(name, 0.0) + cpu_s
@@ -136,25 +130,24 @@ class Summary:
         self.figures["factorisations"] += system.factorisations - self._seen_counts[1]
         self._seen_counts = (system.analyses, system.factorisations)
 
-    def knots(self, before: dict[str, Any] | None, after: dict[str, Any]) -> None:
+    def knots(self, before: Knots | None, after: Knots) -> None:
         """Knots before the first and after the last step."""
         one = len(after) == 1
         for key, value in (("knot_before", before), ("knot_after", after)):
             self.figures[key] = next(iter(value.values()))["name"] if one and value else value
             self.figures[f"{key}_details"] = value
 
-    def finish(self, energies: dict[str, float]) -> None:
-        """Write the file."""
-        self.book()
+    def finished(self, energies: Energies) -> dict[str, Any]:
+        """All figures."""
         f = self.figures
         total = sum(entry["cpu_s"] for entry in f["phases"].values())
         for entry in f["effects"].values():
             entry["share"] = entry["cpu_s"] / total if total > 0.0 else 0.0
-        booked = sum(entry["cpu_s"] for entry in f["effects"].values()) + sum(f["solver_cpu_s"].values())
-        f["other_cpu_s"] = total - booked - f["costs"]["output"]["cpu_s"]
+        known = sum(entry["cpu_s"] for entry in f["effects"].values()) + sum(f["solver_cpu_s"].values())
+        f["other_cpu_s"] = total - known - f["costs"]["output"]["cpu_s"]
         self._note_memory()
-        f["energies_Nmm"] = energies
-        self.run.write_summary(f)
+        f["energies_Nmm"] = _named(energies)
+        return f
 
     def state(self) -> dict[str, Any]:
         """For a checkpoint."""
@@ -170,7 +163,7 @@ class Summary:
         self.figures = {**json.loads(state["figures"]), **own}
 
 
-def _size(model: Simulation) -> dict[str, int]:
+def _size(model: Model) -> dict[str, int]:
     return {"dofs": model.dofs, "hexes": model.hexes, "segments": model.segments}
 
 
@@ -181,3 +174,22 @@ def _nothing() -> dict[str, float]:
 def _add(entry: dict[str, float], wall: float, cpu: float) -> None:
     entry["wall_s"] += wall
     entry["cpu_s"] += cpu
+
+
+def _named(e: Energies) -> dict[str, Any]:
+    """Energies as the file names them."""
+    return {
+        "work": e.work,
+        "friction": e.friction,
+        "drag": e.taken.get("drag", 0.0),
+        "numerical": e.algorithmic,
+        "elastic": e.elastic,
+        "contact": e.contact,
+        "gravity": e.fields.get("gravity", 0.0),
+        "kinetic": e.kinetic,
+        "stored_at_start": e.initial,
+        "turnover": e.throughput,
+        "missing": e.error,
+        "taken_by": e.taken,
+        "stored_by": e.fields,
+    }

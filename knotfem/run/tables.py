@@ -10,26 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from knotfem.errors import InputError
+from knotfem.run.columns import TEXT_COLUMNS
 from knotfem.run.files import append, cannot_write, whole_lines, write_atomically
-
-TIE_COLUMNS = ("mapping_time", "max_stretch", "min_stretch", "newton_iterations", "wall_s")
-FORCE_COLUMNS = (
-    "time_s",
-    "displacement_mm",
-    "force_N",
-    "newton_iterations",
-    "contacts",
-    "max_penetration_mm",
-    "kinetic_over_internal",
-    "wall_s",
-)
-TENSION_COLUMNS = ("displacement_mm", "arclength_mm", "s_over_L", "tension_N", "core_N", "bulk_N")
-TWIST_COLUMNS = (
-    "displacement_mm", "arclength_mm", "s_over_L", "twist_rad_per_mm", "torque_Nmm", "curvature_per_mm",
-    "bending_moment_Nmm", "rod", "time_s",
-)  # fmt: skip
-TEXT_COLUMNS = frozenset({"step", "rod", "other", "state"})
-"""Columns of names, which stay text also where they look like numbers."""
 
 Value = float | int | str | np.generic
 

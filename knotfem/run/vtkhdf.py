@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotfem.errors import InputError
-from knotfem.plot.frames import Frame, read_times
+from knotfem.run.frames import Frame, read_times
 from knotfem.run.hdf_layout import append_frame, as_stored, stored_bytes, truncate, write_constant, write_mesh
 
 FloatArray = NDArray[np.float64]

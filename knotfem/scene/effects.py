@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from knotfem.scene.quantity import Acceleration, PositiveLength, Rate
+from knotfem.scene.quantity import Acceleration, PositiveLength, Rate, Resistance
 from knotfem.scene.table import Direction, Flag, Friction, Name, Number, Point, Table
 
 Positive = Annotated[Number, Field(gt=0.0)]
@@ -119,3 +119,25 @@ class Inertia(Table):
     def scheme_of(self, relaxing: bool) -> str:
         """Scheme of a step."""
         return self.relaxing if relaxing and self.scheme != "quasi-static" else self.scheme
+
+
+class ViscousDrag(Table):
+    """Drag of a fluid at rest on the centreline, force per length over velocity (Gray and Hancock 1955).
+
+    Attributes:
+        normal: across the centreline; for slender rods about twice the other [MPa s = N s/mm^2].
+        tangential: along it [MPa s].
+    """
+
+    normal: Resistance
+    tangential: Resistance
+
+
+class Effects(Table):
+    """Further effects.
+
+    Attributes:
+        viscous_drag: of a fluid, or none.
+    """
+
+    viscous_drag: ViscousDrag | None = None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,38 +15,65 @@ from knotfem.errors import InputError
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import CURVE_SUFFIXES
 from knotfem.scene.table import input_error
+from knotfem.scene.write import scene_to_toml
 
 _ALTERNATIVES = {"section": "section_elements", "section_elements": "section"}
 """Keys of a rod's mesh of which only one may be given."""
 
 
-def load_scene(source: str | Path, overrides: Sequence[str] = ()) -> Scene:
+Overrides = Mapping[str, Any] | Sequence[str]
+"""Changes of scene keys: {"contact.friction": 0.37}, or texts such as "contact.friction=0.37"."""
+
+
+def load_scene(source: str | Path | Scene, overrides: Overrides = ()) -> Scene:
     """Read and validate a scene.
 
     Args:
-        source: a shipped name or a TOML file.
-        overrides: `key.path=value` with list indices, such as "rods.0.length=500 mm"; the value is TOML, or text
-            where it is not TOML; the bare word none removes a key.
+        source: a shipped name, a TOML file, or a scene to be changed.
+        overrides: values by `key.path`, entries of lists by index or name, such as {"rods.0.length": "500 mm",
+            "steps.pull.speed": "2 mm/s"}, None removing a key; or texts `key.path=value`, the value being TOML, or text
+            where it is not TOML, and the bare word none removing a key.
 
     Raises:
         InputError: no such scene, broken TOML, or the first key that is wrong.
     """
+    tables, path = _tables_of(source)
+    _make_absolute(tables, path.parent)
+    changes = _changes(overrides)
+    for key, value in changes.items():
+        _make_room(tables, key, value)
+    for key, value in changes.items():
+        _override(tables, key, value)
+    _make_absolute(tables, Path())
+    try:
+        return Scene.model_validate(tables)
+    except ValidationError as error:
+        raise _locate(input_error(error, tables), path, list(changes)) from None
+
+
+def _tables_of(source: str | Path | Scene) -> tuple[dict[str, Any], Path]:
+    """Tables of a scene, and the file that they are from."""
+    if isinstance(source, Scene):
+        return tomllib.loads(scene_to_toml(source)), Path(source.name)
     name = str(source)
     path = shipped.scene_path(name) if name in shipped.scene_names() else Path(name)
     if path.suffix != ".toml" and not path.exists():
         path = shipped.scene_path(name)
     tables = read_toml(path)
     tables.setdefault("name", re.sub(r"[^A-Za-z0-9_.-]+", "-", path.stem))
-    _make_absolute(tables, path.parent)
+    return tables, path
+
+
+def _changes(overrides: Overrides) -> dict[str, Any]:
+    """Values by key; None removes one."""
+    if isinstance(overrides, Mapping):
+        return dict(overrides)
+    changes = {}
     for override in overrides:
-        _make_room(tables, override)
-    for override in overrides:
-        _override(tables, override)
-    _make_absolute(tables, Path())
-    try:
-        return Scene.model_validate(tables)
-    except ValidationError as error:
-        raise _locate(input_error(error, tables), path, overrides) from None
+        key, value = _split(override)
+        changes.pop(key, None)
+        changes[key] = None if value.strip() == "none" else _value(value)
+    return changes
 
 
 def describe(name: str, overrides: Sequence[str] = ()) -> str | None:
@@ -87,24 +114,22 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise InputError(f"not a TOML file: {error}", file=path) from None
 
 
-def _make_room(tables: dict[str, Any], text: str) -> None:
+def _make_room(tables: dict[str, Any], key: str, value: object) -> None:
     """Drop the key of the file in whose stead an override stands."""
-    key, value = _split(text)
     above, dot, last = key.rpartition(".")
-    if dot and last in _ALTERNATIVES and value.strip() != "none":
-        _override(tables, f"{above}.{_ALTERNATIVES[last]}=none")
+    if dot and last in _ALTERNATIVES and value is not None:
+        _override(tables, f"{above}.{_ALTERNATIVES[last]}", None)
 
 
-def _override(tables: dict[str, Any], text: str) -> None:
-    key, value = _split(text)
+def _override(tables: dict[str, Any], key: str, value: object) -> None:
     parts = key.split(".")
     place: Any = tables
     for index, part in enumerate(parts[:-1]):
         step = _step_into(place, part, ".".join(parts[: index + 1]))
         place = place[step] if isinstance(place, list) else place.setdefault(step, {})
     step = _step_into(place, parts[-1], ".".join(parts))
-    if value.strip() != "none":
-        place[step] = _value(value)
+    if value is not None:
+        place[step] = value
     elif isinstance(place, list) or step in place:
         del place[step]
 
@@ -118,13 +143,16 @@ def _split(override: str) -> tuple[str, str]:
 
 
 def _step_into(place: object, part: str, key: str) -> Any:
-    """The key or list index under which an override goes on."""
+    """The key, or the index of a list's entry by its number or name, under which an override goes on."""
     if isinstance(place, dict):
         return part
     if not isinstance(place, list):
         raise InputError("there is no table here", file="--set", key=key, expected="a key of the scene")
     if not part.isdecimal() or int(part) >= len(place):
-        expected = f"an index from 0 to {len(place) - 1}" if place else "no index, the list is empty"
+        named = [entry.get("name", entry.get("kind")) if isinstance(entry, dict) else None for entry in place]
+        if named.count(part) == 1:
+            return named.index(part)
+        expected = f"an index from 0 to {len(place) - 1}, or a name" if place else "no index, the list is empty"
         raise InputError("no such entry", file="--set", key=key, expected=expected)
     return int(part)
 
@@ -151,10 +179,10 @@ def _make_absolute(tables: dict[str, Any], folder: Path) -> None:
         tie["source"] = str((folder / tie["source"]).resolve())
 
 
-def _locate(error: InputError, path: Path, overrides: Sequence[str]) -> InputError:
+def _locate(error: InputError, path: Path, changed: Sequence[str]) -> InputError:
     """Name the override where it set the key, else the file."""
     key = f"{error.key}."
-    set_keys = [f"{_split(override)[0]}." for override in overrides]
+    set_keys = [f"{name}." for name in changed]
     overridden = any(key.startswith(set_key) or set_key.startswith(key) for set_key in set_keys)
     file = "--set" if overridden else path
     return InputError(error.problem, file=file, key=error.key, found=error.found, expected=error.expected)

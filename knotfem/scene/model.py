@@ -8,8 +8,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from knotfem.scene.control import Accuracy, Output, Solver, Tie
-from knotfem.scene.effects import Contact, Cylinder, Drag, Gravity, Inertia
-from knotfem.scene.registered import RegisteredEffects, no_effects
+from knotfem.scene.effects import Contact, Cylinder, Drag, Effects, Gravity, Inertia
 from knotfem.scene.rods import Rod
 from knotfem.scene.steps import Pull, Relax, RodEnds, Step
 from knotfem.scene.table import Name, Table, known_name, refusal
@@ -33,7 +32,7 @@ class Scene(Table):
         contact: between rods and with obstacles.
         gravity: weight, or none.
         drag: viscous drag, or none.
-        effects: settings of others, by name: see `knotfem.terms.registry`.
+        effects: further ones.
         inertia: time integration.
         tie: mapping of the straight rods into the knot.
         solver: Newton's method.
@@ -50,7 +49,7 @@ class Scene(Table):
     contact: Contact = Contact()
     gravity: Gravity | None = None
     drag: Drag | None = None
-    effects: RegisteredEffects = Field(default_factory=no_effects)
+    effects: Effects = Effects()
     inertia: Inertia = Inertia()
     tie: Tie = Tie()
     solver: Solver = Solver()

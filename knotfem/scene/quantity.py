@@ -146,6 +146,7 @@ _DENSITY = ("a density", "tonne/mm^3", "kg/m^3", "1160 kg/m^3")
 _TIME = ("a time", "s", "s", "10 s")
 _RATE = ("a rate", "1/s", "1/s", "20 1/s")
 _ACCELERATION = ("an acceleration", "mm/s^2", "m/s^2", "9.81 m/s^2")
+_RESISTANCE = ("a coefficient of resistance", "MPa s", "Pa s", "2 Pa s")
 _ANGLE = ("an angle", "rad", "deg", "90 deg")
 
 LENGTH = Quantity(*_LENGTH)
@@ -156,6 +157,7 @@ Angle = Annotated[float, Quantity(*_ANGLE)]
 Duration = Annotated[float, Quantity(*_TIME, minimum=0.0)]
 Force = Annotated[float, Quantity(*_FORCE, minimum=0.0)]
 Rate = Annotated[float, Quantity(*_RATE, minimum=0.0)]
+Resistance = Annotated[float, Quantity(*_RESISTANCE, minimum=0.0)]
 Acceleration = Annotated[float, Quantity(*_ACCELERATION, minimum=0.0)]
 PositiveLength = Annotated[float, Quantity(*_LENGTH, minimum=0.0, open_minimum=True)]
 PositiveDuration = Annotated[float, DURATION]

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from knotfem import shipped
+from knotfem.scene.elements import ORDERS
 from knotfem.scene.quantity import Angle, Duration, PositiveDensity, PositiveLength, PositivePressure
 from knotfem.scene.table import Direction, Flag, Integer, Name, Number, Point, Table, known_name, refusal
 
@@ -92,26 +94,48 @@ class Core(Table):
 
 
 def _known_element(name: str) -> str:
-    from knotfem.models.solid.formulation import names
-
-    known_name(name, names(), "element", at="")
+    known_name(name, list(ORDERS), "element", at="")
     return name
+
+
+def _known_section(path: str) -> str:
+    if not Path(path).is_file():
+        raise refusal("no such file", expected="a mesh of the cross-section: .msh, .vtk, .vtu, .inp")
+    return path
 
 
 class RodMesh(Table):
     """Hexahedra of a rod.
 
     Attributes:
-        section_elements: quadrilaterals of the cross-section.
+        section: file with a mesh of the cross-section, scaled to the rod's radius; instead of `section_elements`.
+        section_elements: quadrilaterals of the cross-section, or the nearest number with which a disc can be meshed.
         element_length: of a hexahedron along the rod [mm], rounded so that they divide the rod.
         element: formulation.
         match_bending_stiffness: scale the facetted section so that its bending stiffness is the circle's.
     """
 
+    section: Annotated[str, AfterValidator(_known_section)] | None = None
     section_elements: Annotated[Integer, Field(ge=4)] = 12
     element_length: PositiveLength
     element: Annotated[str, AfterValidator(_known_element)] = "hex8-reduced"
     match_bending_stiffness: Flag = True
+
+    @model_validator(mode="before")
+    @classmethod
+    def _check_section(cls, data: Any) -> Any:
+        if isinstance(data, Mapping) and data.get("section") is not None and "section_elements" in data:
+            raise refusal(
+                "two cross-sections", at="section_elements", expected="either a section or a number of section_elements"
+            )
+        return data
+
+    @model_serializer(mode="wrap")
+    def _without_the_other(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        tables = write(self)
+        if self.section is not None:
+            del tables["section_elements"]
+        return tables
 
 
 def _known_curve(curve: str) -> str:
@@ -152,9 +176,7 @@ class Rod(Table):
     @property
     def slices(self) -> int:
         """Intervals between cross-sections; quadratic hexahedra span two."""
-        from knotfem.models.solid.formulation import order
-
-        return order(self.mesh.element) * round(self.length / self.mesh.element_length)
+        return ORDERS[self.mesh.element] * round(self.length / self.mesh.element_length)
 
     @model_validator(mode="after")
     def _check_proportions(self) -> Self:

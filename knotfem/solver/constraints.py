@@ -1,4 +1,4 @@
-"""Motions that are given: nodes held, driven or turned."""
+"""Constraints: nodes whose places are given, and ends of discrete rods whose orientation is."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+
+Orientation = Callable[[float], tuple[np.ndarray, np.ndarray]]
+"""Unit tangent (along the arclength) and material director of an end as functions of time [s], shape [3] each."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,6 +28,19 @@ class Prescribed:
     components: tuple[bool, bool, bool] = (True, True, True)
 
 
+@dataclass(frozen=True, eq=False)
+class Clamp:
+    """An end of a discrete rod whose orientation is given.
+
+    Args:
+        node: first or last node of a rod.
+        orientation: tangent and director.
+    """
+
+    node: int
+    orientation: Orientation
+
+
 def held(nodes: np.ndarray, positions: np.ndarray, label: str = "") -> Prescribed:
     """Nodes that stay where they are."""
     fixed = positions.copy()
@@ -37,23 +53,3 @@ def driven(
     """Nodes carried without rotation along `direction` by path(time) [mm]."""
     fixed = positions.copy()
     return Prescribed(nodes, lambda time: fixed + path(time) * direction, label)
-
-
-def turned(
-    nodes: np.ndarray,
-    positions: np.ndarray,
-    centre: np.ndarray,
-    axis: np.ndarray,
-    angle: Callable[[float], float],
-    label: str = "",
-) -> Prescribed:
-    """Nodes turned rigidly about an axis through `centre` by angle(time) [rad]."""
-    arm = positions - centre
-    axis = axis / np.linalg.norm(axis)
-
-    def place(time: float) -> np.ndarray:
-        a = angle(time)
-        along = np.outer(arm @ axis, axis)
-        return centre + along + np.cos(a) * (arm - along) + np.sin(a) * np.cross(axis, arm)
-
-    return Prescribed(nodes, place, label)

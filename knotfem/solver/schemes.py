@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knotfem.errors import InputError
-from knotfem.solver.term import Motion, StepStart
+from knotfem.solver.state import Motion
 
 
 @dataclass(frozen=True)
@@ -24,30 +24,36 @@ class Scheme:
     alpha_m: float = 0.0
     inertial: bool = False
 
-    def velocity(self, x: np.ndarray, start: StepStart) -> np.ndarray:
-        """Velocity [mm/s] at the end of the step, shape [nodes, 3]; that of the start for a step of no length."""
-        return self._velocity(x, start) if start.dt > 0.0 else start.motion.v
+    def velocity(self, x: np.ndarray, start: Motion, dt: float) -> np.ndarray:
+        """Velocity [mm/s] at the end of a step, shape of x; that of the start for a step of no length.
+
+        Args:
+            x: positions at the end [mm], shape [nodes, width].
+            start: where the step begins.
+            dt: its length [s].
+        """
+        return self._velocity(x, start, dt) if dt > 0.0 else start.v
 
     def velocity_rate(self, dt: float) -> float:
         """Derivative of the velocity with respect to the position [1/s]."""
         return 1.0 / dt
 
-    def acceleration(self, x: np.ndarray, start: StepStart) -> np.ndarray:
-        """Acceleration [mm/s^2] at the end of the step, shape [nodes, 3]; that of the start for a step of no length."""
-        return self._acceleration(x, start) if start.dt > 0.0 else start.motion.a
+    def acceleration(self, x: np.ndarray, start: Motion, dt: float) -> np.ndarray:
+        """Acceleration [mm/s^2] at the end of a step; see `velocity`."""
+        return self._acceleration(x, start, dt) if dt > 0.0 else start.a
 
     def acceleration_rate(self, dt: float) -> float:
         """Derivative of the acceleration with respect to the position [1/s^2]."""
         return 0.0
 
-    def finish(self, x: np.ndarray, start: StepStart) -> Motion:
+    def motion(self, x: np.ndarray, start: Motion, dt: float) -> Motion:
         """The motion at the end of a step that ended at x."""
-        return Motion(x.copy(), self.velocity(x, start), self.acceleration(x, start), start.end)
+        return Motion(x.copy(), self.velocity(x, start, dt), self.acceleration(x, start, dt), start.time + dt)
 
-    def _velocity(self, x: np.ndarray, start: StepStart) -> np.ndarray:
-        return (x - start.motion.x) / start.dt
+    def _velocity(self, x: np.ndarray, start: Motion, dt: float) -> np.ndarray:
+        return (x - start.x) / dt
 
-    def _acceleration(self, x: np.ndarray, start: StepStart) -> np.ndarray:
+    def _acceleration(self, x: np.ndarray, start: Motion, dt: float) -> np.ndarray:
         return np.zeros_like(x)
 
 
@@ -60,8 +66,8 @@ class BackwardEuler(Scheme):
     def acceleration_rate(self, dt: float) -> float:
         return 1.0 / dt**2
 
-    def _acceleration(self, x: np.ndarray, start: StepStart) -> np.ndarray:
-        return (self._velocity(x, start) - start.motion.v) / start.dt
+    def _acceleration(self, x: np.ndarray, start: Motion, dt: float) -> np.ndarray:
+        return (self._velocity(x, start, dt) - start.v) / dt
 
 
 @dataclass(frozen=True)
@@ -78,13 +84,11 @@ class GeneralisedAlpha(Scheme):
     def velocity_rate(self, dt: float) -> float:
         return self.gamma / (self.beta * dt)
 
-    def _acceleration(self, x: np.ndarray, start: StepStart) -> np.ndarray:
-        m, dt = start.motion, start.dt
-        return (x - m.x - dt * m.v - dt**2 * (0.5 - self.beta) * m.a) / (self.beta * dt**2)
+    def _acceleration(self, x: np.ndarray, start: Motion, dt: float) -> np.ndarray:
+        return (x - start.x - dt * start.v - dt**2 * (0.5 - self.beta) * start.a) / (self.beta * dt**2)
 
-    def _velocity(self, x: np.ndarray, start: StepStart) -> np.ndarray:
-        m, dt = start.motion, start.dt
-        return m.v + dt * ((1.0 - self.gamma) * m.a + self.gamma * self._acceleration(x, start))
+    def _velocity(self, x: np.ndarray, start: Motion, dt: float) -> np.ndarray:
+        return start.v + dt * ((1.0 - self.gamma) * start.a + self.gamma * self._acceleration(x, start, dt))
 
 
 def hht(alpha: float) -> GeneralisedAlpha:

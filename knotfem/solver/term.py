@@ -1,89 +1,121 @@
-"""What every effect is to the solver: a residual, a tangent, and what it must remember."""
+"""What every term of the equations is to the solver: a residual, a tangent, and history variables.
+
+A term holds what never changes (connectivity, stiffness) and work space. What it must remember from one accepted state
+to the next is a value, its history variables: `load` takes them from a state, `history` gives them to the next one.
+A step that is rejected is dropped; the next attempt loads the state that it set out from.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from enum import Enum
 
 import numpy as np
 
+from knotfem.solver.constraints import Clamp
+from knotfem.solver.schemes import Scheme
+from knotfem.solver.state import Motion
 from knotfem.sparse.pattern import Matrix, Pattern
-
-if TYPE_CHECKING:
-    from knotfem.solver.schemes import Scheme
-
-Arrays = dict[str, np.ndarray]
+from knotfem.types import Arrays, History
 
 
-@dataclass
-class Motion:
-    """Positions and velocities of all nodes at one time.
+class Role(Enum):
+    """What a term is in the balances of forces and energy."""
+
+    ELASTIC = "elastic"
+    """Resists deformation of the rods and stores energy."""
+    CONTACT = "contact"
+    """Keeps surfaces apart; stores the energy of the penalty."""
+    FRICTION = "friction"
+    """Resists sliding; takes work."""
+    FIELD = "field"
+    """A conservative force from outside, such as weight; stores energy."""
+    LOAD = "load"
+    """A force from outside that puts work in."""
+    RESISTANCE = "resistance"
+    """Viscous: takes work, nothing at rest."""
+    INERTIA = "inertia"
+    """Mass times acceleration."""
+    KINEMATICS = "kinematics"
+    """Exerts no force; others build on its history variables."""
+
+
+@dataclass(frozen=True, eq=False)
+class Conditions:
+    """What a step of a scene prescribes besides constraints and loads.
 
     Attributes:
-        x: positions [mm], shape [nodes, 3].
-        v: velocities [mm/s], shape [nodes, 3].
-        a: accelerations [mm/s^2], shape [nodes, 3].
-        time: [s].
+        friction: multiplies all coefficients between rods, as a function of time [s]; None for 1.
+        drag: rate of the drag on the mass [1/s]; None for the term's own.
+        clamps: ends of discrete rods whose orientation is given.
     """
 
-    x: np.ndarray
-    v: np.ndarray
-    a: np.ndarray
-    time: float = 0.0
-
-    @classmethod
-    def at_rest(cls, x: np.ndarray, time: float = 0.0) -> Motion:
-        return cls(x.copy(), np.zeros_like(x), np.zeros_like(x), time)
-
-    def copy(self) -> Motion:
-        return Motion(self.x.copy(), self.v.copy(), self.a.copy(), self.time)
+    friction: History | None = None
+    drag: float | None = None
+    clamps: Sequence[Clamp] = ()
 
 
-def longest_move(dx: np.ndarray) -> float:
-    """Length of the longest move of a node, whichever way it points; of what else a node carries the largest change.
+@dataclass(frozen=True, eq=False)
+class TimeStep:
+    """A time step: where it begins, how long it is, how it is integrated, and under which conditions.
 
-    Args:
-        dx: shape [nodes, width], the first three along x, y, z.
+    Attributes:
+        start: accepted motion.
+        dt: length [s]; 0 asks for the forces of the accepted motion itself.
+        scheme: time integration.
+        conditions: of the scene's step.
     """
-    move = float(np.sqrt(np.einsum("ni,ni->n", dx[:, :3], dx[:, :3]).max()))
-    return max(move, float(np.abs(dx[:, 3:]).max(initial=0.0)))
 
-
-@dataclass(frozen=True)
-class StepStart:
-    """The accepted state a time step sets out from, and its length."""
-
-    motion: Motion
+    start: Motion
     dt: float
+    scheme: Scheme = field(default_factory=Scheme)
+    conditions: Conditions = field(default_factory=Conditions)
 
     @property
     def end(self) -> float:
-        return self.motion.time + self.dt
+        """Time at its end [s]."""
+        return self.start.time + self.dt
+
+    def velocity(self, x: np.ndarray) -> np.ndarray:
+        """Velocity [mm/s] at the end of the step that ends at x, shape [nodes, width]."""
+        return self.scheme.velocity(x, self.start, self.dt)
+
+    @property
+    def velocity_rate(self) -> float:
+        """Derivative of the velocity with respect to the position [1/s]."""
+        return self.scheme.velocity_rate(self.dt)
 
 
-@dataclass
 class Term:
-    """Base of all effects: one that does nothing.
+    """Base of all terms: one that does nothing.
 
-    The residual is internal minus external force [N], shape [nodes, 3]; the tangent is its derivative with respect to
-    the positions. Effects with unknowns of their own condense them: `increment` finds their change from a step in the
-    positions, `advance` takes a fraction of it.
+    The residual is internal minus external force [N], shape [nodes, width]; the tangent is its derivative with respect
+    to the unknowns. Terms with unknowns of their own condense them: `increment` finds their change from a step in the
+    nodal unknowns, `advance` takes a fraction of it.
 
     Attributes:
+        name: of its kind, for tables and figures of cost; terms of one name are told apart by `number`.
+        role: in the balances of forces and energy.
+        external: whether its force comes from outside the rods.
         symmetric: whether the tangent is symmetric.
-        viscous: whether it is a resistance, which takes work and is nothing at rest.
-        number: of what it belongs to, from 1 on, where effects of its name may be absent from others; 0 for none.
+        number: of what it belongs to, from 1 on, where terms of its name may be absent from others; 0 for none.
     """
 
-    name: str = field(default="", init=False)
-    symmetric: bool = field(default=True, init=False)
-    viscous: bool = field(default=False, init=False)
-    number: int = field(default=0, init=False)
+    name: str = ""
+    role: Role = Role.LOAD
+    external: bool = False
+    symmetric: bool = True
+    number: int = 0
 
     @property
     def admissible(self) -> bool:
-        """Whether the state last assembled can be one of equilibrium: no element is inside out."""
+        """Whether the state last assembled can be one of equilibrium: no element is inverted."""
         return True
+
+    def describe(self) -> str:
+        """Its main figures with units, for a reader."""
+        return "on"
 
     def couplings(self, nodes: int) -> np.ndarray | None:
         """Adjacency keys (see `Pattern.from_keys`) that the tangent needs; None when the diagonal is enough."""
@@ -92,14 +124,11 @@ class Term:
     def allocate(self, pattern: Pattern) -> None:
         """A new pattern is in force."""
 
-    def integrate(self, scheme: Scheme) -> None:
-        """A system with this scheme has the effect now."""
-
-    def begin(self, start: StepStart) -> None:
-        """A time step sets out from an accepted state."""
+    def begin(self, step: TimeStep) -> None:
+        """A time step begins."""
 
     def allowed_fraction(self, x: np.ndarray, dx: np.ndarray) -> float:
-        """Fraction of a predicted move `dx` from x, shape [nodes, 3], that the effect lets through."""
+        """Fraction of a predicted move `dx` from x, shape [nodes, width], that the term lets through."""
         return 1.0
 
     def update(self, x: np.ndarray) -> None:
@@ -110,49 +139,29 @@ class Term:
         return True
 
     def increment(self, du: np.ndarray) -> None:
-        """Find the change of the effect's own unknowns that belongs to a full step `du`, shape [nodes, 3]."""
+        """Find the change of the term's own unknowns that belongs to a full step `du`, shape [nodes, width]."""
 
     def advance(self, fraction: float) -> None:
         """Take a fraction of that change."""
 
     def merit(self, x: np.ndarray) -> float:
-        """Contribution to the line search's merit, with the full increment of the effect's own unknowns."""
+        """Contribution to the line search's merit, with the full increment of the term's own unknowns."""
         return 0.0
 
     def commit(self, x: np.ndarray) -> None:
-        """The step has been accepted: commit what is remembered."""
+        """The step to x is accepted: bring the history variables up to date."""
 
     def energy(self, x: np.ndarray) -> float:
-        """Stored energy [N mm]."""
+        """Stored energy [N mm]; of friction that of the springs by which contacts stick."""
         return 0.0
 
+    def dissipation(self) -> float | None:
+        """Work taken in the last accepted step [N mm] where the term knows it; None to take it from its forces."""
+        return None
+
     def history(self) -> Arrays:
-        """Copies of all that must be kept to undo a step or to go on from a checkpoint."""
+        """Copies of its history variables."""
         return {}
 
     def load(self, history: Arrays) -> None:
-        """Go back to a history."""
-
-
-@dataclass
-class Moving(Term):
-    """Base of effects that know velocities.
-
-    Attributes:
-        scheme: how velocities and accelerations follow; that of the system that has the effect.
-    """
-
-    scheme: Scheme = field(init=False)
-    _start: StepStart | None = field(default=None, init=False)
-
-    def integrate(self, scheme: Scheme) -> None:
-        self.scheme = scheme
-
-    def begin(self, start: StepStart) -> None:
-        self._start = start
-
-    @property
-    def start(self) -> StepStart:
-        """Where the step sets out."""
-        assert self._start is not None, "begin before assemble"
-        return self._start
+        """Take history variables; empty ones are those with which the term begins."""

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from knotfem.errors import MissingDependency
-from knotfem.sparse.linear import SingularMatrixError, checked
+from knotfem.sparse.base import SingularMatrixError, checked
 from knotfem.sparse.pattern import Matrix, Pattern
 
 _INDEFINITE, _UNSYMMETRIC = -2, 11

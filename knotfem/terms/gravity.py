@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from knotfem.solver.term import Term
+from knotfem.solver.term import Role, Term
 from knotfem.sparse.pattern import Matrix
 
 
-@dataclass
 class Gravity(Term):
     """Weight of the lumped mass.
 
@@ -19,11 +16,13 @@ class Gravity(Term):
         acceleration: [mm/s^2], shape [3].
     """
 
-    mass: np.ndarray
-    acceleration: np.ndarray
+    name, role, external = "gravity", Role.FIELD, True
 
-    def __post_init__(self) -> None:
-        self.name = "gravity"
+    def __init__(self, mass: np.ndarray, acceleration: np.ndarray) -> None:
+        self.mass, self.acceleration = mass, acceleration
+
+    def describe(self) -> str:
+        return f"{np.linalg.norm(self.acceleration) / 1000.0:.4g} m/s^2"
 
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
         residual[:, :3] -= self.mass[:, None] * self.acceleration

@@ -1,36 +1,18 @@
-"""From a scene to the plain numbers of the reduced model."""
+"""From a scene to the plain numbers of discrete rods."""
 
 from __future__ import annotations
 
-from importlib import import_module
-
 import numpy as np
 
-from knotfem.errors import InputError
-from knotfem.models.conditions import gravity_of, make_scheme
-from knotfem.models.registry import REGISTRY, obstacle_friction, rod_friction
-from knotfem.models.rod.initial import LaidRod
-from knotfem.models.rod.model import RodModel
-from knotfem.models.rod.spec import ContactSpec, CylinderSpec, RodSpec
+from knotfem.models.base import Obstacle
+from knotfem.models.conditions import gravity_of
+from knotfem.models.effects import DRAG, INERTIA, VISCOUS_DRAG, obstacle_friction, rod_friction
+from knotfem.models.rod.assembly import DiscreteRods
+from knotfem.models.rod.initial import InitialRod
+from knotfem.models.rod.spec import ContactSpec, ObstacleSpec, RodSpec
 from knotfem.scene.model import Scene
-from knotfem.scene.registered import settings_of
 from knotfem.scene.rods import Rod
-from knotfem.terms.registry import ON_RODS, REGISTERED
-
-
-def refuse_foreign(scene: Scene) -> None:
-    """Refuse what a scene asks for and the reduced model does not have.
-
-    Raises:
-        InputError: an effect that works on hexahedra only.
-    """
-    for entry in REGISTRY:
-        if entry.name in REGISTERED and entry.name not in ON_RODS and not entry.absent(scene):
-            raise InputError(
-                "the rod model does not have this effect",
-                key=f"effects.{entry.name}",
-                expected='none, or model = "fem"',
-            )
+from knotfem.solver.term import Term
 
 
 def coarse(scene: Scene) -> list[str]:
@@ -49,8 +31,8 @@ def coarse(scene: Scene) -> list[str]:
     ]
 
 
-def core_share(rod: Rod) -> float:
-    """Share of the core in the axial stiffness."""
+def core_fraction(rod: Rod) -> float:
+    """Fraction of the core in the axial stiffness."""
     return rod.core.axial_stiffness / axial_stiffness(rod) if rod.core is not None else 0.0
 
 
@@ -60,19 +42,18 @@ def axial_stiffness(rod: Rod) -> float:
     return bulk + (rod.core.axial_stiffness if rod.core is not None else 0.0)
 
 
-def rod_spec(laid: LaidRod) -> RodSpec:
+def rod_spec(rod: Rod, initial: InitialRod) -> RodSpec:
     """Stiffness and mass of a rod: bending and twisting by the bulk, as the truss core of the hexahedra has neither."""
-    rod = laid.scene
     fourth = (0.5 * rod.diameter) ** 4
     return RodSpec(
-        laid.target.points,
+        initial.target.points,
         0.5 * rod.diameter,
         bending=rod.material.youngs_modulus * np.pi * fourth / 4.0,
         twisting=rod.material.shear_modulus * np.pi * fourth / 2.0,
         axial=axial_stiffness(rod),
         mass_per_length=rod.material.density * np.pi * rod.diameter**2 / 4.0,
         spacing=rod.length / rod.slices,
-        directors=laid.directors,
+        directors=initial.directors,
         relaxation_time=rod.material.relaxation_time,
     )
 
@@ -82,37 +63,53 @@ def contact_spec(scene: Scene) -> ContactSpec | None:
     c, d = scene.contact, scene.diameter
     if not c.enabled:
         return None
-    from knotfem.contact.curve_contact import hertz_line_stiffness
+    from knotfem.contact.curve_pairs import hertz_line_stiffness
 
     softest = min((rod.material for rod in scene.rods), key=lambda material: material.youngs_modulus)
     stiffness = c.line_stiffness_over_hertz * hertz_line_stiffness(softest.youngs_modulus, softest.poissons_ratio)
     return ContactSpec(stiffness, rod_friction(scene), c.ramp_over_diameter * d, c.sample_spacing_over_diameter * d)
 
 
-def make_rods(scene: Scene, laid: list[LaidRod]) -> RodModel:
-    """The reduced model of a scene whose rods are laid into the knot.
+def make_rods(scene: Scene, initial: list[InitialRod], obstacles: tuple[Obstacle, ...] = ()) -> DiscreteRods:
+    """Discrete rods of a scene.
+
+    Args:
+        scene: what the user asked for.
+        initial: configuration of its rods.
+        obstacles: of the user's own.
 
     Raises:
-        InputError: the scene asks for what the model does not have.
+        InputError: obstacles without contact.
     """
-    refuse_foreign(scene)
-    cylinders = [
-        CylinderSpec(np.array(o.point), np.array(o.axis), 0.5 * o.diameter, mu)
-        for o, mu in zip(scene.obstacles, obstacle_friction(scene), strict=True)
-    ]
-    model = RodModel(
-        [rod_spec(rod) for rod in laid],
+    rods = DiscreteRods(
+        [rod_spec(rod, here) for rod, here in zip(scene.rods, initial, strict=True)],
         contact_spec(scene),
-        cylinders if scene.contact.enabled else (),
+        [*_cylinders(scene), *(ObstacleSpec(o.surface, o.friction) for o in obstacles)],
         gravity_of(scene),
-        0.0 if scene.drag is None else scene.drag.rate_of(False) or scene.drag.rate_of(True),
-        make_scheme(scene),
-        scene.solver.linear,
-        scene.solver.threads or 1,
+        scene.drag.rate if scene.drag is not None and DRAG.wanted(scene) else None,
+        inertia=INERTIA.wanted(scene),
     )
-    model.effects += [
-        import_module(ON_RODS[entry.name]).make(settings_of(scene.effects, entry.name), model.layout)
-        for entry in REGISTRY
-        if entry.name in ON_RODS and not entry.absent(scene)
+    if VISCOUS_DRAG.wanted(scene):
+        rods.terms.append(_viscous_drag(scene, rods))
+    return rods
+
+
+def _cylinders(scene: Scene) -> list[ObstacleSpec]:
+    if not scene.contact.enabled or not scene.obstacles:
+        return []
+    from knotfem.contact.rigid import make_cylinder
+
+    friction = obstacle_friction(scene)
+    return [
+        ObstacleSpec(make_cylinder(np.array(o.point), np.array(o.axis), 0.5 * o.diameter), mu)
+        for o, mu in zip(scene.obstacles, friction, strict=True)
     ]
-    return model
+
+
+def _viscous_drag(scene: Scene, rods: DiscreteRods) -> Term:
+    from knotfem.terms.viscous import ViscousDrag
+
+    drag, layout = scene.effects.viscous_drag, rods.layout
+    assert drag is not None
+    edges = np.stack([layout.edges, layout.edges + 1], axis=1)
+    return ViscousDrag(edges, layout.spacing[layout.rod[layout.edges]], drag.normal, drag.tangential)

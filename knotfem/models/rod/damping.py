@@ -2,14 +2,13 @@
 
 The rate is the backward difference of a step, so that a step meets a spring of stiffness K tau/dt that is free of
 stress where the step set out: the tangent is symmetric and what is dissipated, K tau (e - e_n)^2/dt, never negative.
-Stretch and twist are those of `Stretch` and `Twist`; how a bend changes is measured in the section, see `BendDamping`.
+Stretch and twist are those of `AxialStiffness` and `Twist`; how a bend changes is measured in the section, see `BendDamping`.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -17,12 +16,12 @@ from knotfem.geometry.rotation import angle_about, transport
 from knotfem.models.rod import damping_kernels as kernels
 from knotfem.models.rod.bend import Bend
 from knotfem.models.rod.frames import Frames
-from knotfem.models.rod.stretch import Stretch
 from knotfem.models.rod.twist import Twist
-from knotfem.solver.term import Arrays, StepStart, Term
-from knotfem.sparse.pattern import Matrix
-from knotfem.sparse.rod_pattern import matrix_arguments
-from knotfem.terms.registry import INTERNAL_DAMPING
+from knotfem.models.rod.vertices import listed
+from knotfem.solver.term import Role, Term, TimeStep
+from knotfem.sparse.pattern import Matrix, view_of
+from knotfem.terms.axial import AxialStiffness
+from knotfem.types import Arrays
 
 
 class Dashpot(Term, ABC):
@@ -32,18 +31,13 @@ class Dashpot(Term, ABC):
 
     Attributes:
         rate: 1/dt of the step [1/s]; 0 before the first.
-        dissipated: in the last accepted step [N mm].
-        coefficient: name and unit of K tau.
     """
 
-    coefficient: ClassVar[tuple[str, str]]
-
-    def __post_init__(self) -> None:
-        super().__post_init__()  # pyright: ignore[reportAttributeAccessIssue]
-        self.name, self.viscous = INTERNAL_DAMPING, True
-        self.rate = self.dissipated = 0.0
-        self._first: Arrays = {}
-        self._last: Arrays = {}
+    name, role = "internal damping", Role.RESISTANCE
+    rate = 0.0
+    _taken = 0.0
+    _first: Arrays
+    _last: Arrays
 
     @abstractmethod
     def strains(self, x: np.ndarray) -> Arrays:
@@ -53,31 +47,35 @@ class Dashpot(Term, ABC):
     def potential(self, x: np.ndarray) -> float:
         """Of the forces in a step [N mm]: half of what it dissipates."""
 
-    def reset(self, x: np.ndarray) -> None:
-        """Set out from x, shape [nodes, 4], at no rate."""
-        self.rate = 0.0
-        self._first = self._last = self.strains(x)
-        self._turn()
+    def at_rest(self, x: np.ndarray) -> Arrays:
+        """History variables of rods that set out from x, shape [nodes, 4], at no rate."""
+        here = self.strains(x)
+        return _named(here, here, 0.0)
 
-    def begin(self, start: StepStart) -> None:
-        if start.dt > 0.0:
-            self._first, self.rate = self._last, 1.0 / start.dt
+    def begin(self, step: TimeStep) -> None:
+        if step.dt > 0.0:
+            self._first, self.rate = self._last, 1.0 / step.dt
         self._turn()
 
     def commit(self, x: np.ndarray) -> None:
-        self.dissipated = 2.0 * self.potential(x)
+        self._taken = 2.0 * self.potential(x)
         self._last = self.strains(x)
+
+    def dissipation(self) -> float:
+        return self._taken
 
     def energy(self, x: np.ndarray) -> float:
         return 0.0
 
+    def merit(self, x: np.ndarray) -> float:
+        return self.potential(x)
+
     def history(self) -> Arrays:
-        first = {f"first {name}": value for name, value in self._first.items()}
-        last = {f"last {name}": value for name, value in self._last.items()}
-        return {**super().history(), **first, **last, "rate": np.array(self.rate)}
+        return _named(self._first, self._last, self.rate)
 
     def load(self, history: Arrays) -> None:
-        super().load(history)
+        if not history:
+            return
         self._first, self._last = (
             {name.split()[1]: value for name, value in history.items() if name.startswith(which)}
             for which in ("first ", "last ")
@@ -89,31 +87,63 @@ class Dashpot(Term, ABC):
         """The first state or the rate has changed."""
 
 
-class StretchDamping(Dashpot, Stretch):
-    """EA tau of all edges [N s]; the axial force is carried as that of `Stretch` is."""
+def _named(first: Arrays, last: Arrays, rate: float) -> Arrays:
+    named = {f"first {name}": value for name, value in first.items()}
+    return {**named, **{f"last {name}": value for name, value in last.items()}, "rate": np.array(rate)}
 
-    coefficient = "EA tau", "N s"
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self._damping, self._bound = self._stiffness, self._moderate / np.maximum(self._stiffness, 1e-300)
+class StretchDamping(Dashpot, AxialStiffness):
+    """EA tau of all edges [N s]; the axial force is carried as that of the stretch is.
+
+    Args:
+        stretch: whose edges are damped.
+        time: tau of each edge [s], shape [edges].
+    """
+
+    def __init__(self, stretch: AxialStiffness, time: np.ndarray) -> None:
+        v, moderate = stretch.view, stretch.merit_stiffness
+        AxialStiffness.__init__(self, Dashpot.name, v.nodes, v.length, time * v.stiffness, time * moderate, 4)
+        self._damping = self.view.stiffness.copy()
+        self._bound = self.merit_stiffness / np.maximum(self._damping, 1e-300)
+        self._first = self._last = {}
+
+    def describe(self) -> str:
+        return listed(self._damping, "EA tau", "N s")
 
     def strains(self, x: np.ndarray) -> Arrays:
         return {"strain": self.strain(x)}
 
     def potential(self, x: np.ndarray) -> float:
-        return Stretch.energy(self, x)
+        return AxialStiffness.energy(self, x)
+
+    def merit(self, x: np.ndarray) -> float:
+        return AxialStiffness.merit(self, x)
+
+    def at_rest(self, x: np.ndarray) -> Arrays:
+        return {**super().at_rest(x), "force": self.view.force.copy()}
+
+    def history(self) -> Arrays:
+        return {**AxialStiffness.history(self), **super().history()}
+
+    def load(self, history: Arrays) -> None:
+        AxialStiffness.load(self, history)
+        super().load(history)
 
     def _turn(self) -> None:
         if self._first:
-            self._stiffness, self._rest = self.rate * self._damping, self._first["strain"]
-            self._moderate = self._bound * self._stiffness
+            self.view.stiffness[:], self.view.rest[:] = self.rate * self._damping, self._first["strain"]
+            self.merit_stiffness = self._bound * self.view.stiffness
 
 
 class TwistDamping(Dashpot, Twist):
-    """C tau of all hinges [N mm^2 s]."""
+    """C tau of all vertices [N mm^2 s]."""
 
-    coefficient = "C tau", "N mm^2 s"
+    def __init__(self, frames: Frames, stiffness: np.ndarray) -> None:
+        Twist.__init__(self, frames, stiffness)
+        self._first = self._last = {}
+
+    def describe(self) -> str:
+        return listed(self.stiffness, "C tau", "N mm^2 s")
 
     @property
     def modulus(self) -> np.ndarray:
@@ -129,18 +159,21 @@ class TwistDamping(Dashpot, Twist):
     def potential(self, x: np.ndarray) -> float:
         return Twist.energy(self, x)
 
-    def merit(self, x: np.ndarray) -> float:
-        return self.potential(x)
-
 
 class BendDamping(Dashpot, Bend):
-    """B tau of all hinges [N mm^2 s].
+    """B tau of all vertices [N mm^2 s].
 
     The change of a bend is how far the direction of one edge has moved in the other's material frame, the mean of both
     ways: a bend that keeps its size and goes round the section, as of a bent shaft that spins, is damped too.
     """
 
-    coefficient = "B tau", "N mm^2 s"
+    def __init__(self, frames: Frames, stiffness: np.ndarray) -> None:
+        Bend.__init__(self, frames, stiffness)
+        self._first = self._last = {}
+        self._offset = np.zeros(0)
+
+    def describe(self) -> str:
+        return listed(self.stiffness, "B tau", "N mm^2 s")
 
     @property
     def modulus(self) -> np.ndarray:
@@ -148,67 +181,52 @@ class BendDamping(Dashpot, Bend):
 
     def strains(self, x: np.ndarray) -> Arrays:
         tangent, director = self.frames.current(x)
-        return {"tangent": tangent, "director": director, "spin": x[:, 3] * self.frames.per_radius}
+        return {"tangent": tangent, "director": director, "rotation": x[:, 3] * self.frames.view.per_radius}
 
     def clamp_couples(self, x: np.ndarray) -> np.ndarray:
-        f = self.frames
-        return kernels.clamp_couples(
-            x, f.hinges[self._clamped], f.tangent0, self._first["tangent"], self._offset, f.per_radius,
-            self.modulus[self._clamped],
-        )  # fmt: skip
+        return kernels.clamp_couples(x, self.frames.view, self._view, self.modulus, self.frames.clamped.size)
 
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
-        f = self.frames
-        return kernels.assemble(
-            x, f.hinges, f.stencils, f.tangent0, self._first["tangent"], self._offset, f.per_radius, self.modulus,
-            residual, *matrix_arguments(matrix),
-        )  # fmt: skip
+        return kernels.assemble(x, self.frames.view, self._view, self.modulus, residual, view_of(matrix, 4))
 
     def potential(self, x: np.ndarray) -> float:
-        f = self.frames
-        return kernels.potential(
-            x, f.hinges, f.tangent0, self._first["tangent"], self._offset, f.per_radius, self.modulus
-        )
+        return kernels.potential(x, self.frames.view, self._view, self.modulus)
 
-    def merit(self, x: np.ndarray) -> float:
-        return self.potential(x)
+    @property
+    def _view(self) -> kernels.FirstView:
+        return kernels.FirstView(self._first["tangent"], self._offset)
 
     def _turn(self) -> None:
-        """Find what to add to the spin of each edge and clamp for its turn about itself since the first state."""
+        """Find what to add to the rotation of each edge and clamp for its turn about itself since the first state."""
         if not self._first:
             return
-        f, nodes = self.frames, self.frames.layout.nodes
+        v, nodes = self.frames.view, self.frames.layout.nodes
         tangent, director = self._first["tangent"], self._first["director"]
         clamps = np.zeros(len(tangent) - nodes)
         carried = np.empty(3)
         for c in range(clamps.size):
-            now = f.tangent0[nodes + c]
+            now = v.tangent[nodes + c]
             transport(tangent[nodes + c], now, director[nodes + c], carried)
-            clamps[c] = angle_about(now, carried, f.director0[nodes + c])
-        self._offset = np.concatenate([-self._first["spin"], clamps])
+            clamps[c] = angle_about(now, carried, v.director[nodes + c])
+        self._offset = np.concatenate([-self._first["rotation"], clamps])
 
 
-class InternalDamping(NamedTuple):
-    """The dashpots of all rods."""
-
-    stretch: StretchDamping
-    bend: BendDamping
-    twist: TwistDamping
-
-
-def make_damping(stretch: Stretch, bend: Bend, twist: Twist, frames: Frames, times: Sequence[float]) -> InternalDamping:
-    """Internal damping of rods.
+def make_damping(
+    stretch: AxialStiffness, bend: Bend, twist: Twist, frames: Frames, times: Sequence[float]
+) -> list[Dashpot]:
+    """Internal damping of stretch, bend and twist of all rods.
 
     Args:
         stretch: of the rods.
         bend: likewise.
         twist: likewise.
-        frames: likewise; they come before in the list of effects.
+        frames: likewise; they come before in the list of terms.
         times: tau of each rod [s].
     """
     tau = np.asarray(times, dtype=float)
-    return InternalDamping(
-        StretchDamping(stretch.layout, tau * stretch.stiffness, tau * stretch.merit_stiffness),
+    edges = tau[frames.layout.rod[stretch.view.nodes[:, 0]]]
+    return [
+        StretchDamping(stretch, edges),
         BendDamping(frames, tau * bend.stiffness),
         TwistDamping(frames, tau * twist.stiffness),
-    )
+    ]

@@ -1,7 +1,7 @@
 """Compiled loops of the damping of bends.
 
 An edge of direction t in the first state and a now carries a vector v with its material: c = R v, R the smallest
-rotation from t to a and then a turn by theta about a. With v the first direction of the edge beyond the hinge and b
+rotation from t to a and then a turn by theta about a. With v the first direction of the edge beyond the vertex and b
 its present one, |b - c|^2/2 = 1 - f. As a function of free vectors a and b, with w = t . v, q = 1 + t . a and
 s = (w + v . a)/q,
 
@@ -13,17 +13,30 @@ s = (w + v . a)/q,
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from knotfem.compiled import kernel
 from knotfem.geometry.rotation import cross, dot
-from knotfem.models.rod.frames import edge, spin
-from knotfem.sparse.rod_pattern import add_blocks
+from knotfem.models.rod.frames import VertexView, edge, rotation_of
+from knotfem.sparse.scatter import MatrixView, add_blocks
+
+
+class FirstView(NamedTuple):
+    """The state from which the change of a bend is measured.
+
+    Attributes:
+        tangent: direction of each edge and clamp, shape [nodes + clamps, 3].
+        offset: to be added to the rotation of each about itself for its turn since then [rad], same length.
+    """
+
+    tangent: np.ndarray
+    offset: np.ndarray
 
 
 @kernel
-def carried(t, v, a, theta, out):
+def carried(t: np.ndarray, v: np.ndarray, a: np.ndarray, theta: float, out: np.ndarray) -> None:
     """c = R v into out."""
     w, p, n = dot(t, v), np.empty(3), np.empty(3)
     s = (w + dot(v, a)) / (1.0 + dot(t, a))
@@ -35,7 +48,9 @@ def carried(t, v, a, theta, out):
 
 
 @kernel
-def _derivatives(t, v, a, b, theta, g, H):
+def _derivatives(
+    t: np.ndarray, v: np.ndarray, a: np.ndarray, b: np.ndarray, theta: float, g: np.ndarray, H: np.ndarray
+) -> None:
     """Gradient (7) and second derivative (7, 7) of f by (a, b, theta), a and b taken as free vectors."""
     C, S, w = math.cos(theta), math.sin(theta), dot(t, v)
     q = 1.0 + dot(t, a)
@@ -75,7 +90,7 @@ def _derivatives(t, v, a, b, theta, g, H):
 
 
 @kernel
-def _project(d, length, at, g, H):
+def _project(d: np.ndarray, length: float, at: int, g: np.ndarray, H: np.ndarray) -> None:
     """From derivatives by a unit vector, in the three places from `at`, to those by the edge that it points along."""
     radial = 0.0
     for i in range(3):
@@ -101,64 +116,80 @@ def _project(d, length, at, g, H):
             H[at + i, at + j] -= (d[i] * g[at + j] + g[at + i] * d[j]) / length
 
 
+@kernel(inline="always")
+def _turn_since(x: np.ndarray, per_radius: np.ndarray, first: FirstView, j: int) -> float:
+    """Turn of an edge or clamp about itself since the first state [rad]."""
+    return rotation_of(x, per_radius, j) + first.offset[j]
+
+
 @kernel
-def _both_ends(x, base, other, tangent0, tangent, offset, per_radius, a, b, c):
+def _both_ends(
+    x: np.ndarray, vertices: VertexView, first: FirstView, base: int, other: int,
+    directions: tuple[np.ndarray, np.ndarray, np.ndarray],
+) -> None:  # fmt: skip
     """Direction of the edge `base` into a; of the edge `other`, now and as carried with `base`, into b and c."""
-    edge(x, tangent0, base, a)
-    edge(x, tangent0, other, b)
-    carried(tangent[base], tangent[other], a, spin(x, per_radius, base) + offset[base], c)
+    a, b, c = directions
+    edge(x, vertices.tangent, base, a)
+    edge(x, vertices.tangent, other, b)
+    theta = _turn_since(x, vertices.per_radius, first, base)
+    carried(first.tangent[base], first.tangent[other], a, theta, c)
 
 
 @kernel
-def potential(x, hinges, tangent0, tangent, offset, per_radius, modulus):
-    """modulus/4 (|b - c|^2 one way and the other) of all hinges."""
+def potential(x: np.ndarray, vertices: VertexView, first: FirstView, modulus: np.ndarray) -> float:
+    """modulus/4 (|b - c|^2 one way and the other) of all vertices."""
     a, b, c = np.empty(3), np.empty(3), np.empty(3)
     total = 0.0
-    for k in range(hinges.shape[0]):
+    for k in range(modulus.size):
         for side in range(2):
-            base, other = hinges[k, side], hinges[k, 1 - side]
-            _both_ends(x, base, other, tangent0, tangent, offset, per_radius, a, b, c)
+            base, other = vertices.edges[k, side], vertices.edges[k, 1 - side]
+            _both_ends(x, vertices, first, base, other, (a, b, c))
             for i in range(3):
                 total += 0.25 * modulus[k] * (b[i] - c[i]) ** 2
     return total
 
 
 @kernel
-def clamp_couples(x, hinges, tangent0, tangent, offset, per_radius, modulus):
-    """Couple of each clamp on its rod from the last hinges, which are the clamps'; shape [clamps, 3].
+def clamp_couples(
+    x: np.ndarray, vertices: VertexView, first: FirstView, modulus: np.ndarray, clamps: int
+) -> np.ndarray:
+    """Couple of each clamp on its rod from the last vertices, which are the clamps'; shape [clamps, 3].
 
     As a clamp turns by d, b . c changes by d . (b x c) where b is the clamp's, by d . (c x b) where c is.
     """
     a, b, c, turn = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    couples = np.zeros((hinges.shape[0], 3))
-    for k in range(hinges.shape[0]):
+    couples = np.zeros((clamps, 3))
+    before = modulus.size - clamps
+    for k in range(clamps):
         for side in range(2):
-            base, other = hinges[k, side], hinges[k, 1 - side]
-            _both_ends(x, base, other, tangent0, tangent, offset, per_radius, a, b, c)
+            base, other = vertices.edges[before + k, side], vertices.edges[before + k, 1 - side]
+            _both_ends(x, vertices, first, base, other, (a, b, c))
             cross(b, c, turn)
             sign = 1.0 if base >= x.shape[0] else -1.0
             for i in range(3):
-                couples[k, i] += 0.5 * sign * modulus[k] * turn[i]
+                couples[k, i] += 0.5 * sign * modulus[before + k] * turn[i]
     return couples
 
 
 @kernel
 def assemble(
-    x, hinges, stencils, tangent0, tangent, offset, per_radius, modulus, residual, matrix, node_ptr, node_adj, data
-):  # fmt: skip
-    """Residual and tangent of all hinges; see `potential`. False outside the pattern."""
+    x: np.ndarray, vertices: VertexView, first: FirstView, modulus: np.ndarray, residual: np.ndarray, matrix: MatrixView
+) -> bool:
+    """Residual and tangent of all vertices; see `potential`. False outside the pattern."""
     a, b = np.empty(3), np.empty(3)
     g, H = np.empty(7), np.empty((7, 7))
     places = np.empty(13, np.int64)
     signs, parts = np.empty(13), np.empty(13, np.int64)
     block = np.zeros((16, 16))
-    for k in range(hinges.shape[0]):
+    per_radius, tangent0, tangent = vertices.per_radius, vertices.tangent, first.tangent
+    for k in range(modulus.size):
+        stencil = vertices.stencil[k]
         block[:] = 0.0
         for side in range(2):
-            base, other = hinges[k, side], hinges[k, 1 - side]
+            base, other = vertices.edges[k, side], vertices.edges[k, 1 - side]
             la = edge(x, tangent0, base, a)
             lb = edge(x, tangent0, other, b)
-            theta = spin(x, per_radius, base) + offset[base]
+            theta = _turn_since(x, per_radius, first, base)
             _derivatives(tangent[base], tangent[other], a, b, theta, g, H)
             _project(a, la, 0, g, H)
             _project(b, lb, 3, g, H)
@@ -173,12 +204,12 @@ def assemble(
             places[12], parts[12] = 8 * side + 3, 6
             signs[12] = per_radius[base] if base < x.shape[0] else 0.0
             for m in range(13):
-                node = stencils[k, places[m] // 4]
+                node = stencil[places[m] // 4]
                 if node >= 0:
                     residual[node, places[m] % 4] += weight * signs[m] * g[parts[m]]
-                if matrix:
+                if matrix.wanted:
                     for n in range(13):
                         block[places[m], places[n]] += weight * signs[m] * signs[n] * H[parts[m], parts[n]]
-        if matrix and not add_blocks(stencils[k], stencils[k], block, node_ptr, node_adj, data):
+        if matrix.wanted and not add_blocks(matrix, stencil, stencil, block):
             return False
     return True

@@ -1,12 +1,13 @@
-"""Fields of the reduced model on the tubes that its rods are, for the time series that ParaView opens."""
+"""Fields of discrete rods on the tubes that they are, for the time series that ParaView opens."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from knotfem.contact.report import ContactReport
 from knotfem.mesh.rod_layout import RodLayout
 from knotfem.models.base import Fields, SeriesMesh
-from knotfem.models.rod.model import RodModel
+from knotfem.models.rod.assembly import DiscreteRods
 from knotfem.models.rod.profile import at_nodes
 
 AROUND = 24
@@ -34,7 +35,7 @@ def tube_mesh(layout: RodLayout) -> SeriesMesh:
     return SeriesMesh(reference, np.concatenate(cells), constant)
 
 
-def tube_fields(model: RodModel, poissons_ratios: list[float]) -> Fields:
+def tube_fields(rods: DiscreteRods, found: ContactReport, x: np.ndarray, poissons_ratios: list[float]) -> Fields:
     """The tubes with tension, curvature, twist, contact pressure and the largest principal strain of their surface.
 
     The strain is Kirchhoff's: axial strain, plus curvature times the distance from the neutral axis, and the shear of
@@ -42,77 +43,61 @@ def tube_fields(model: RodModel, poissons_ratios: list[float]) -> Fields:
     the circumference that faces it.
 
     Args:
-        model: rods at the state.
+        rods: in the state last loaded.
+        found: samples in contact.
+        x: positions and rotations, shape [nodes, 4].
         poissons_ratios: of the rods.
     """
-    layout, x = model.layout, model.x
-    twist, _, curvature, _ = at_nodes(model)
-    tension, stretch = (_to_all_nodes(model, values) for values in (model.stretch.tension(x), model.stretch.strain(x)))
-    tangent, normal = _directions(model)
+    layout = rods.layout
+    twist, _, curvature, _ = at_nodes(rods, x)
+    tension, stretch = (_to_all_nodes(layout, values) for values in (rods.stretch.tension(x), rods.stretch.strain(x)))
+    tangent, normal = _directions(rods, x)
     across = np.cos(_ANGLE)[:, None] * normal[:, None] + np.sin(_ANGLE)[:, None] * np.cross(tangent, normal)[:, None]
     r = layout.radius[layout.rod][:, None]
-    outer = -np.einsum("nai,ni->na", across, _bend_direction(model, tangent)) * curvature[:, None] * r
+    outer = -np.einsum("nai,ni->na", across, _bend_direction(rods, x, tangent)) * curvature[:, None] * r
     axial = np.log1p(np.maximum(stretch[:, None] + outer, -0.999))
     points = x[:, None, :3] + r[..., None] * across
     data = {
         "tension": _around(tension),
         "curvature": _around(curvature),
         "twist": _around(twist),
-        "contact_pressure": contact_pressure(model, across).ravel(),
+        "contact_pressure": contact_pressure(layout, found, x, across).ravel(),
         "largest_principal_strain": _largest_strain(axial, r * twist[:, None], np.array(poissons_ratios)[layout.rod]),
     }
     return Fields(points.reshape(-1, 3), data, {})
 
 
-def contact_pressure(model: RodModel, across: np.ndarray) -> np.ndarray:
+def contact_pressure(layout: RodLayout, found: ContactReport, x: np.ndarray, across: np.ndarray) -> np.ndarray:
     """Pressure [MPa] at the points of the tubes, shape [nodes, AROUND]; see `tube_fields`.
 
     Args:
-        model: rods at the state.
+        layout: of the rods.
+        found: samples in contact.
+        x: positions, shape [nodes, 4].
         across: unit vectors from the axis to the points, shape [nodes, AROUND, 3].
     """
-    layout, x = model.layout, model.x
     pressure = np.zeros(across.shape[:2])
-    found = model.contacts()
     if not found.rod.size:
         return pressure
-    here, base, part = _on_axis(layout, x, found.rod, found.arclength)
-    onto, there = _facing(model, found.other, found.other_arclength, here)
-    away = here - onto
-    away /= np.linalg.norm(away, axis=1)[:, None]
-    sides = [(found.rod, base, part, -away)]
+    _, base, part = _on_axis(layout, x, found.rod, found.arclength)
+    sides = [(found.rod, base, part, -found.normal, found.normal_force)]
     on_rods = found.other >= 0
-    if there is not None:
-        sides.append((found.other[on_rods], there[0], there[1], away[on_rods]))
-    for side, (rod, node, share, direction) in enumerate(sides):
-        force = found.normal_force if side == 0 else found.normal_force[on_rods]
+    if on_rods.any():
+        other = found.other[on_rods]
+        _, there, weight = _on_axis(layout, x, other, found.other_arclength[on_rods])
+        sides.append((other, there, weight, found.normal[on_rods], found.normal_force[on_rods]))
+    for rod, node, ahead, direction, force in sides:
         line = force / layout.spacing[rod] * 2.0 / (np.pi * layout.radius[rod])
-        for end, weight in ((0, 1.0 - share), (1, share)):
+        for end, weight in ((0, 1.0 - ahead), (1, ahead)):
             facing = np.maximum(np.einsum("kai,ki->ka", across[node + end], direction), 0.0)
             np.add.at(pressure, node + end, (line * weight)[:, None] * facing)
     return pressure
 
 
-def _facing(
-    model: RodModel, other: np.ndarray, arclength: np.ndarray, here: np.ndarray
-) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray] | None]:
-    """The point that each sample presses on, and node and share of it for those on rods."""
-    onto, there = np.empty_like(here), None
-    rods = other >= 0
-    if rods.any():
-        onto[rods], base, part = _on_axis(model.layout, model.x, other[rods], arclength[rods])
-        there = base, part
-    for number, (cylinder, _) in enumerate(model.cylinders):
-        mine = other == -1 - number
-        offset = here[mine] - cylinder.origin
-        onto[mine] = cylinder.origin + (offset @ cylinder.axis)[:, None] * cylinder.axis
-    return onto, there
-
-
 def _on_axis(
     layout: RodLayout, x: np.ndarray, rod: np.ndarray, arclength: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Places at arclengths of rods, the node behind each, and the share of the one ahead."""
+    """Places at arclengths of rods, the node behind each, and the weight of the one ahead."""
     count = np.diff(layout.first)[rod]
     u = np.clip(arclength / layout.spacing[rod], 0.0, count - 1.0)
     base = np.minimum(u.astype(np.int64), count - 2)
@@ -120,22 +105,23 @@ def _on_axis(
     return (1.0 - part)[:, None] * x[node, :3] + part[:, None] * x[node + 1, :3], node, part
 
 
-def _directions(model: RodModel) -> tuple[np.ndarray, np.ndarray]:
+def _directions(rods: DiscreteRods, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Tangents and material directors at all nodes, shape [nodes, 3] each."""
-    edges = model.layout.edges
-    tangent = _unit(_to_all_nodes(model, model.frames.current(model.x)[0][edges]))
-    director = _to_all_nodes(model, model.frames.material(model.x)[edges])
+    edges = rods.layout.edges
+    tangent = _unit(_to_all_nodes(rods.layout, rods.frames.current(x)[0][edges]))
+    director = _to_all_nodes(rods.layout, rods.frames.material(x)[edges])
     return tangent, _unit(director - np.einsum("ni,ni->n", director, tangent)[:, None] * tangent)
 
 
-def _bend_direction(model: RodModel, tangent: np.ndarray) -> np.ndarray:
+def _bend_direction(rods: DiscreteRods, x: np.ndarray, tangent: np.ndarray) -> np.ndarray:
     """Unit vectors towards the centres of curvature, zero where a rod is straight, shape [nodes, 3]."""
-    t = model.frames.current(model.x)[0][: model.layout.nodes]
-    inner = model.layout.inner
+    layout = rods.layout
+    t = rods.frames.current(x)[0][: layout.nodes]
+    inner = layout.inner
     towards = np.zeros_like(tangent)
     towards[inner] = t[inner] - t[inner - 1]
-    for rod in range(model.layout.rods):
-        nodes = model.layout.of(rod)
+    for rod in range(layout.rods):
+        nodes = layout.of(rod)
         towards[nodes.start], towards[nodes.stop - 1] = towards[nodes.start + 1], towards[nodes.stop - 2]
     towards -= np.einsum("ni,ni->n", towards, tangent)[:, None] * tangent
     size = np.linalg.norm(towards, axis=1)
@@ -149,9 +135,8 @@ def _largest_strain(axial: np.ndarray, shear: np.ndarray, poissons_ratio: np.nda
     return np.maximum(mean + np.sqrt(half**2 + 0.25 * shear**2), lateral).ravel()
 
 
-def _to_all_nodes(model: RodModel, edges: np.ndarray) -> np.ndarray:
+def _to_all_nodes(layout: RodLayout, edges: np.ndarray) -> np.ndarray:
     """Means of the values on the edges at each node."""
-    layout = model.layout
     total, count = np.zeros((layout.nodes, *edges.shape[1:])), np.zeros(layout.nodes)
     for end in (0, 1):
         total[layout.edges + end] += edges

@@ -1,31 +1,52 @@
-"""Directors of the edges, and the hinges between edges at which a rod bends and twists.
+"""Directors of the edges, and the vertices between edges at which a rod bends and twists.
 
 The director of an edge is that of the last accepted state, carried by the smallest rotation from the edge's old
-direction to its new one, and turned by the edge's spin. All this is a function of the unknowns alone for the length of
-a step, so that the energies have gradients and symmetric second derivatives in plain coordinates.
+direction to its new one, and turned by the rotation of the edge about itself. All this is a function of the unknowns
+alone for the length of a step, so that the energies have gradients and symmetric second derivatives in plain
+coordinates.
 
-A clamp is an edge of given direction beyond the end, with a hinge of half a cell between: the rod then turns by
+A clamp is an edge of given direction beyond the end, with a vertex of half a cell between: the rod then turns by
 kappa h/2 from its end to the middle of its first edge. (Holding the first edge instead would shorten the rod by h/2.)
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from knotfem.compiled import kernel
+from knotfem.contact.material_points import FrameView
 from knotfem.geometry.rotation import angle_about, nearest_turn, transport, unit
 from knotfem.mesh.rod_layout import RodLayout
-from knotfem.solver.term import Arrays, StepStart, Term
+from knotfem.solver.constraints import Clamp
+from knotfem.solver.term import Role, Term, TimeStep
+from knotfem.types import Arrays
 
-Orientation = Callable[[float], tuple[np.ndarray, np.ndarray]]
-"""Tangent (along the arclength) and director of a clamp as functions of time [s]."""
+
+class VertexView(NamedTuple):
+    """Vertices at which rods bend and twist, and the frames of their edges in the accepted state.
+
+    Attributes:
+        edges: left and right edge of each vertex, first those at the inner nodes, then the clamps', shape [vertices, 2].
+        stencil: the two nodes of the left and of the right edge, -1 for a clamp, shape [vertices, 4].
+        tangent: direction of each edge and clamp, shape [nodes + clamps, 3].
+        director: of each, before its rotation about the edge, shape [nodes + clamps, 3].
+        turn: angle from the left edge's director, carried over the vertex, to the right one's [rad], shape [vertices].
+        per_radius: 1/radius at each node [1/mm], shape [nodes].
+    """
+
+    edges: np.ndarray
+    stencil: np.ndarray
+    tangent: np.ndarray
+    director: np.ndarray
+    turn: np.ndarray
+    per_radius: np.ndarray
 
 
 @kernel
-def edge(x, tangent0, j, t):
+def edge(x: np.ndarray, tangent0: np.ndarray, j: int, t: np.ndarray) -> float:
     """Direction of an edge into t; returns its length. Edges beyond the nodes are clamps."""
     if j >= x.shape[0]:
         for i in range(3):
@@ -37,14 +58,17 @@ def edge(x, tangent0, j, t):
 
 
 @kernel(inline="always")
-def spin(x, per_radius, j):
-    """Spin of an edge [rad]."""
+def rotation_of(x: np.ndarray, per_radius: np.ndarray, j: int) -> float:
+    """Rotation of an edge about itself [rad]; none of a clamp."""
     return x[j, 3] * per_radius[j] if j < x.shape[0] else 0.0
 
 
 @kernel
-def directors(x, edges, tangent0, director0, tangent, director):
-    """Directions and unspun directors of edges at x."""
+def directors(
+    x: np.ndarray, edges: np.ndarray, tangent0: np.ndarray, director0: np.ndarray, tangent: np.ndarray,
+    director: np.ndarray,
+) -> None:  # fmt: skip
+    """Directions and directors, before their rotation, of edges at x."""
     t, f = np.empty(3), np.empty(3)
     for j in edges:
         edge(x, tangent0, j, t)
@@ -54,161 +78,149 @@ def directors(x, edges, tangent0, director0, tangent, director):
 
 
 @kernel
-def relative_turns(hinges, tangent, director, turn0, turn):
-    """Angle from the left edge's director, carried over each hinge, to the right one's; the turn nearest to turn0."""
+def relative_turns(
+    edges: np.ndarray, tangent: np.ndarray, director: np.ndarray, turn0: np.ndarray, turn: np.ndarray
+) -> None:
+    """Angle from the left edge's director, carried over each vertex, to the right one's; the one nearest to turn0."""
     u = np.empty(3)
-    for k in range(hinges.shape[0]):
-        a, b = hinges[k]
+    for k in range(edges.shape[0]):
+        a, b = edges[k]
         transport(tangent[a], tangent[b], director[a], u)
         turn[k] = nearest_turn(angle_about(tangent[b], u, director[b]), turn0[k])
 
 
-@dataclass(frozen=True)
-class Clamp:
-    """An end whose orientation is given.
-
-    Args:
-        node: first or last node of a rod.
-        orientation: tangent and director, see `Orientation`.
-    """
-
-    node: int
-    orientation: Orientation
-
-
-@dataclass
 class Frames(Term):
     """What bending, twisting and friction need to know of directions; exerts no force itself.
 
     Args:
         layout: of the rods.
-        x: positions and spins, shape [nodes, 4].
-        director: of each edge, across it, before its spin, shape [nodes, 3]; rows of last nodes are ignored.
+        x: positions and rotations, shape [nodes, 4].
+        director: of each edge, across it, before its rotation, shape [nodes, 3]; rows of last nodes are ignored.
 
     Attributes:
-        hinges: left and right edge, first those at the inner nodes, then the clamps', shape [hinges, 2].
-        cell: length that each hinge stands for [mm], shape [hinges].
-        tangent0, director0: of the accepted state, edges and clamps, shape [nodes + clamps, 3].
-        turn0: relative turn of the accepted state [rad], shape [hinges].
+        clamped: nodes of the clamped ends, shape [clamps].
+        cell: length that each vertex stands for [mm], shape [vertices].
+        view: vertices and frames.
     """
 
-    layout: RodLayout
-    x: np.ndarray
-    director: np.ndarray
-    clamps: list[Clamp] = field(default_factory=list, init=False)
+    name, role = "frames", Role.KINEMATICS
 
-    def __post_init__(self) -> None:
-        self.name = "frames"
-        layout = self.layout
-        self.per_radius = layout.per_radius
-        self.tangent0 = np.zeros((layout.nodes, 3))
-        step = self.x[layout.edges + 1, :3] - self.x[layout.edges, :3]
+    def __init__(self, layout: RodLayout, x: np.ndarray, director: np.ndarray) -> None:
+        self.layout = layout
+        self._per_radius = layout.per_radius
+        step = x[layout.edges + 1, :3] - x[layout.edges, :3]
         t = step / np.linalg.norm(step, axis=1)[:, None]
-        self.tangent0[layout.edges] = t
-        d = self.director[layout.edges]
+        d = director[layout.edges]
         d = d - np.einsum("ji,ji->j", d, t)[:, None] * t
-        self.director0 = np.zeros_like(self.tangent0)
-        self.director0[layout.edges] = d / np.linalg.norm(d, axis=1)[:, None]
+        tangent0, director0 = np.zeros((layout.nodes, 3)), np.zeros((layout.nodes, 3))
+        tangent0[layout.edges] = t
+        director0[layout.edges] = d / np.linalg.norm(d, axis=1)[:, None]
         inner = layout.inner
         self._inner = np.stack([inner - 1, inner], axis=1)
         self._inner_cell = layout.spacing[layout.rod[inner]]
-        self.turn0 = np.zeros(inner.size)
-        self.set_clamps([], self.x, 0.0)
-        self.turn0 = self._turns(self.tangent0, self.director0)
+        self._set(np.zeros(0, dtype=np.int64), tangent0, director0, np.zeros(inner.size))
+        self._set(self.clamped, tangent0, director0, self._turns(tangent0, director0))
+        self._initial = self.history()
 
-    def set_clamps(self, clamps: list[Clamp], x: np.ndarray, time: float) -> None:
-        """Let other ends be clamped from now on, the rod being at x, shape [nodes, 4].
+    def clamped_at(self, clamps: Sequence[Clamp], x: np.ndarray, time: float) -> Arrays:
+        """History variables of the present frames with other clamps, the rods being at x, shape [nodes, 4].
 
         Whole turns are taken such that the clamps twist the rod least.
+
+        Args:
+            clamps: from now on.
+            x: positions and rotations, shape [nodes, 4].
+            time: [s].
         """
-        layout, n = self.layout, self.layout.nodes
-        self.clamps = clamps
+        n, v = self.layout.nodes, self.view
         extra = np.zeros((len(clamps), 3))
-        self.tangent0 = np.concatenate([self.tangent0[:n], extra])
-        self.director0 = np.concatenate([self.director0[:n], extra])
-        ghosts = np.array(
-            [
-                (n + c, clamp.node) if clamp.node in layout.first[:-1] else (clamp.node - 1, n + c)
-                for c, clamp in enumerate(clamps)
-            ],
-            dtype=np.int64,
-        ).reshape(-1, 2)
-        self.hinges = np.concatenate([self._inner, ghosts])
-        half = 0.5 * layout.spacing[layout.rod[[clamp.node for clamp in clamps]]] if clamps else np.zeros(0)
-        self.cell = np.concatenate([self._inner_cell, half])
-        angle = np.concatenate([x[:, 3] * self.per_radius, np.zeros(len(clamps))])
-        untwisted = angle[ghosts[:, 0]] - angle[ghosts[:, 1]]
-        self.turn0 = np.concatenate([self.turn0[: len(self._inner)], untwisted])
-        self._orient(time)
+        nodes = np.array([clamp.node for clamp in clamps], dtype=np.int64)
+        turn = np.concatenate([v.turn[: len(self._inner)], np.zeros(len(clamps))])
+        self._set(nodes, np.concatenate([v.tangent[:n], extra]), np.concatenate([v.director[:n], extra]), turn)
+        edges = self.view.edges[len(self._inner) :]
+        angle = np.concatenate([x[:, 3] * self._per_radius, np.zeros(len(clamps))])
+        self.view.turn[len(self._inner) :] = angle[edges[:, 0]] - angle[edges[:, 1]]
+        self._orient(clamps, time)
         if clamps:
-            self.turn0[-len(clamps) :] = self._turns(self.tangent0, self.director0)[-len(clamps) :]
+            turns = self._turns(self.view.tangent, self.view.director)
+            self.view.turn[len(self._inner) :] = turns[len(self._inner) :]
+        return self.history()
 
     @property
-    def arrays(self) -> tuple[np.ndarray, ...]:
-        """Arguments of compiled loops, in their order."""
-        return self.hinges, self.cell, self.tangent0, self.director0, self.turn0, self.per_radius
+    def material_view(self) -> FrameView:
+        """Frames of the segments, for material points."""
+        v, ahead = self.view, np.zeros(self.layout.nodes)
+        ahead[self._inner[:, 0]] = v.turn[: len(self._inner)]
+        return FrameView(v.tangent, v.director, ahead, self._per_radius)
 
     @property
-    def material_arrays(self) -> tuple[np.ndarray, ...]:
-        """tangent0, director0, turn of the hinge ahead of each edge, 1/radius: for material points."""
-        ahead = np.zeros(self.layout.nodes)
-        ahead[self._inner[:, 0]] = self.turn0[: len(self._inner)]
-        return self.tangent0, self.director0, ahead, self.per_radius
-
-    @property
-    def stencils(self) -> np.ndarray:
-        """The two nodes of the left and the right edge of each hinge, -1 for a clamp, shape [hinges, 4]."""
-        a, b = self.hinges.T
-        stencil = np.stack([a, a + 1, b, b + 1], axis=1)
-        stencil[a >= self.layout.nodes, :2] = -1
-        stencil[b >= self.layout.nodes, 2:] = -1
-        return stencil
+    def rods(self) -> np.ndarray:
+        """Rod of each vertex, shape [vertices]."""
+        stencil = self.view.stencil
+        return self.layout.rod[np.where(stencil[:, 0] >= 0, stencil[:, 0], stencil[:, 2])]
 
     def current(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Directions and unspun directors of all edges and clamps at x, shape [edges + clamps, 3] each."""
-        tangent, director = self.tangent0.copy(), self.director0.copy()
-        directors(x, self.layout.edges, self.tangent0, self.director0, tangent, director)
+        """Directions and directors before their rotation of all edges and clamps at x, shape [edges + clamps, 3]."""
+        tangent, director = self.view.tangent.copy(), self.view.director.copy()
+        directors(x, self.layout.edges, self.view.tangent, self.view.director, tangent, director)
         return tangent, director
 
     def material(self, x: np.ndarray) -> np.ndarray:
-        """Material directors, spin included, of all edges, shape [nodes, 3]; zero at last nodes."""
+        """Material directors, rotation included, of all edges, shape [nodes, 3]; zero at last nodes."""
         n = self.layout.nodes
         tangent, director = self.current(x)
         tangent, director = tangent[:n], director[:n]
-        angle = (x[:, 3] * self.per_radius)[:, None]
+        angle = (x[:, 3] * self._per_radius)[:, None]
         return np.cos(angle) * director + np.sin(angle) * np.cross(tangent, director)
 
     def twists(self, x: np.ndarray) -> np.ndarray:
-        """Twist of each hinge [rad], positive right-handed, shape [hinges]."""
-        angle = np.concatenate([x[:, 3] * self.per_radius, np.zeros(len(self.clamps))])
-        return self._turns(*self.current(x)) + angle[self.hinges[:, 1]] - angle[self.hinges[:, 0]]
+        """Twist of each vertex [rad], positive right-handed, shape [vertices]."""
+        angle = np.concatenate([x[:, 3] * self._per_radius, np.zeros(self.clamped.size)])
+        edges = self.view.edges
+        return self._turns(*self.current(x)) + angle[edges[:, 1]] - angle[edges[:, 0]]
 
-    def begin(self, start: StepStart) -> None:
-        self._orient(start.end)
+    def begin(self, step: TimeStep) -> None:
+        self._orient(step.conditions.clamps, step.end)
 
     def commit(self, x: np.ndarray) -> None:
         tangent, director = self.current(x)
-        self.turn0 = self._turns(tangent, director)
-        self.tangent0, self.director0 = tangent, director
+        turn = self._turns(tangent, director)
+        self.view = self.view._replace(tangent=tangent, director=director, turn=turn)
 
     def history(self) -> Arrays:
+        v = self.view
         return {
-            "tangent": self.tangent0.copy(),
-            "director": self.director0.copy(),
-            "turn": self.turn0.copy(),
+            "clamped": self.clamped.copy(),
+            "tangent": v.tangent.copy(),
+            "director": v.director.copy(),
+            "turn": v.turn.copy(),
         }
 
     def load(self, history: Arrays) -> None:
-        self.tangent0, self.director0 = history["tangent"].copy(), history["director"].copy()
-        self.turn0 = history["turn"].copy()
+        h = history or self._initial
+        self._set(h["clamped"].copy(), h["tangent"].copy(), h["director"].copy(), h["turn"].copy())
 
-    def _orient(self, time: float) -> None:
-        for c, clamp in enumerate(self.clamps):
-            tangent, director = clamp.orientation(time)
-            self.tangent0[self.layout.nodes + c] = tangent
-            self.director0[self.layout.nodes + c] = director
+    def _set(self, clamped: np.ndarray, tangent: np.ndarray, director: np.ndarray, turn: np.ndarray) -> None:
+        layout, n = self.layout, self.layout.nodes
+        self.clamped = clamped
+        ghosts = n + np.arange(clamped.size)
+        at_start = np.isin(clamped, layout.first[:-1])
+        left, right = np.where(at_start, ghosts, clamped - 1), np.where(at_start, clamped, ghosts)
+        edges = np.concatenate([self._inner, np.stack([left, right], axis=1).astype(np.int64)])
+        self.cell = np.concatenate([self._inner_cell, 0.5 * layout.spacing[layout.rod[clamped]]])
+        a, b = edges.T
+        stencil = np.stack([a, a + 1, b, b + 1], axis=1)
+        stencil[a >= n, :2] = -1
+        stencil[b >= n, 2:] = -1
+        self.view = VertexView(edges, stencil, tangent, director, turn, self._per_radius)
+
+    def _orient(self, clamps: Sequence[Clamp], time: float) -> None:
+        for c, clamp in enumerate(clamps):
+            self.view.tangent[self.layout.nodes + c], self.view.director[self.layout.nodes + c] = clamp.orientation(
+                time
+            )
 
     def _turns(self, tangent: np.ndarray, director: np.ndarray) -> np.ndarray:
-        turn = np.empty(len(self.hinges))
-        relative_turns(self.hinges, tangent, director, self.turn0, turn)
+        turn = np.empty(len(self.view.edges))
+        relative_turns(self.view.edges, tangent, director, self.view.turn, turn)
         return turn

@@ -1,4 +1,4 @@
-"""Twisting: energy C/(2 l) m^2 at each hinge, m the angle between the material frames of its edges.
+"""Twisting: energy C/(2 l) m^2 at each vertex, m the angle between the material frames of its edges.
 
 With k as in `knotfem.geometry.rotation`, a and b the directions of the edges and a0, b0 those of the accepted state,
 
@@ -10,7 +10,7 @@ accepted state in one piece.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,40 +22,58 @@ from knotfem.geometry.rotation import (
     nearest_turn,
     transport,
 )
-from knotfem.models.rod.frames import edge, spin
-from knotfem.models.rod.hinges import Hinged
-from knotfem.sparse.pattern import Matrix
-from knotfem.sparse.rod_pattern import add_blocks, matrix_arguments
+from knotfem.models.rod.frames import VertexView, edge, rotation_of
+from knotfem.models.rod.vertices import VertexTerm, listed
+from knotfem.sparse.pattern import Matrix, view_of
+from knotfem.sparse.scatter import MatrixView, add_blocks
+
+
+class TwistRoom(NamedTuple):
+    """Work space for one vertex: directions a and b of its edges, carried directors f, u and g, shape [3] each."""
+
+    a: np.ndarray
+    b: np.ndarray
+    f: np.ndarray
+    u: np.ndarray
+    g: np.ndarray
 
 
 @kernel
-def _twist(x, hinge, tangent0, director0, turn0, per_radius, a, b, f, u, g):
-    """Twist of a hinge; fills directions and lengths of its edges."""
-    la = edge(x, tangent0, hinge[0], a)
-    lb = edge(x, tangent0, hinge[1], b)
-    transport(tangent0[hinge[0]], a, director0[hinge[0]], f)
-    transport(a, b, f, u)
-    transport(tangent0[hinge[1]], b, director0[hinge[1]], g)
-    turn = nearest_turn(angle_about(b, u, g), turn0)
-    return turn + spin(x, per_radius, hinge[1]) - spin(x, per_radius, hinge[0]), la, lb
+def _twist_room() -> TwistRoom:
+    return TwistRoom(np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3))
 
 
 @kernel
-def _energy(x, hinges, tangent0, director0, turn0, per_radius, rest, modulus):
-    a, b, f, u, g = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+def _twist(x: np.ndarray, vertices: VertexView, k: int, room: TwistRoom) -> tuple[float, float, float]:
+    """Twist of a vertex, and the lengths of its edges, whose directions are left in `room`."""
+    left, right = vertices.edges[k]
+    a, b = room.a, room.b
+    la = edge(x, vertices.tangent, left, a)
+    lb = edge(x, vertices.tangent, right, b)
+    transport(vertices.tangent[left], a, vertices.director[left], room.f)
+    transport(a, b, room.f, room.u)
+    transport(vertices.tangent[right], b, vertices.director[right], room.g)
+    turn = nearest_turn(angle_about(b, room.u, room.g), vertices.turn[k])
+    rotation = rotation_of(x, vertices.per_radius, right) - rotation_of(x, vertices.per_radius, left)
+    return turn + rotation, la, lb
+
+
+@kernel
+def _energy(x: np.ndarray, vertices: VertexView, rest: np.ndarray, modulus: np.ndarray) -> float:
+    room = _twist_room()
     total = 0.0
-    for k in range(hinges.shape[0]):
-        m = _twist(x, hinges[k], tangent0, director0, turn0[k], per_radius, a, b, f, u, g)[0] - rest[k]
+    for k in range(vertices.edges.shape[0]):
+        m = _twist(x, vertices, k, room)[0] - rest[k]
         total += 0.5 * modulus[k] * m * m
     return total
 
 
 @kernel
 def _assemble(
-    x, hinges, stencils, tangent0, director0, turn0, per_radius, rest, modulus, residual, tangent, node_ptr, node_adj,
-    data,
-):  # fmt: skip
-    a, b, f, u, g = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    x: np.ndarray, vertices: VertexView, rest: np.ndarray, modulus: np.ndarray, residual: np.ndarray, matrix: MatrixView
+) -> bool:
+    room = _twist_room()
+    a, b, per_radius, tangent0 = room.a, room.b, vertices.per_radius, vertices.tangent
     kab, kaa, kbb = np.empty(3), np.empty(3), np.empty(3)
     da, db, still = np.empty(3), np.empty(3), np.zeros(3)
     dab, daa, dbb = np.empty(3), np.empty(3), np.empty(3)
@@ -63,9 +81,10 @@ def _assemble(
     slope = np.empty((2, 3))
     rate = np.empty((2, 3, 2, 3))
     block = np.zeros((16, 16))
-    for k in range(hinges.shape[0]):
-        ja, jb = hinges[k]
-        m, la, lb = _twist(x, hinges[k], tangent0, director0, turn0[k], per_radius, a, b, f, u, g)
+    for k in range(vertices.edges.shape[0]):
+        ja, jb = vertices.edges[k]
+        stencil = vertices.stencil[k]
+        m, la, lb = _twist(x, vertices, k, room)
         m -= rest[k]
         half_binormal(a, b, kab)
         half_binormal(tangent0[ja], a, kaa)
@@ -78,15 +97,15 @@ def _assemble(
             for i in range(3):
                 grad[4 * p + i] = sign * slope[p // 2, i]
             grad[4 * p + 3] = 0.0
-        if stencils[k, 0] >= 0:
-            grad[3] = -per_radius[stencils[k, 0]]
-        if stencils[k, 2] >= 0:
-            grad[11] = per_radius[stencils[k, 2]]
+        if stencil[0] >= 0:
+            grad[3] = -per_radius[stencil[0]]
+        if stencil[2] >= 0:
+            grad[11] = per_radius[stencil[2]]
         for p in range(4):
-            if stencils[k, p] >= 0:
+            if stencil[p] >= 0:
                 for i in range(4):
-                    residual[stencils[k, p], i] += modulus[k] * m * grad[4 * p + i]
-        if not tangent:
+                    residual[stencil[p], i] += modulus[k] * m * grad[4 * p + i]
+        if not matrix.wanted:
             continue
         for side in range(2):
             for i in range(3):
@@ -113,45 +132,41 @@ def _assemble(
                 for i in range(3):
                     for j in range(3):
                         block[4 * p + i, 4 * q + j] += sign * modulus[k] * m * rate[p // 2, i, q // 2, j]
-        if not add_blocks(stencils[k], stencils[k], block, node_ptr, node_adj, data):
+        if not add_blocks(matrix, stencil, stencil, block):
             return False
     return True
 
 
-@dataclass
-class Twist(Hinged):
-    """Twisting stiffness of all hinges.
+class Twist(VertexTerm):
+    """Twisting stiffness of all vertices.
 
     Args:
-        frames: whose hinges twist.
+        frames: whose vertices twist.
         stiffness: C of each rod [N mm^2], shape [rods].
     """
 
-    def __post_init__(self) -> None:
-        self.name = "twist"
+    name = "twist"
+
+    def describe(self) -> str:
+        return listed(self.stiffness, "C", "N mm^2")
 
     @property
     def rest(self) -> np.ndarray:
-        """Twist of each hinge when free of stress [rad], shape [hinges]."""
-        return np.zeros(len(self.frames.hinges))
+        """Twist of each vertex when free of stress [rad], shape [vertices]."""
+        return np.zeros(len(self.frames.view.edges))
 
     def torque(self, x: np.ndarray) -> np.ndarray:
-        """Twisting moment of each hinge [N mm], shape [hinges]."""
+        """Twisting moment of each vertex [N mm], shape [vertices]."""
         return self.modulus * (self.frames.twists(x) - self.rest)
 
     def clamp_couples(self, x: np.ndarray) -> np.ndarray:
-        a, b, left = self._clamps(x)
+        a, b, left = self.clamp_directions(x)
         k = np.cross(a, b) / (1.0 + np.einsum("ki,ki->k", a, b)[:, None])
-        torque = self.torque(x)[self._clamped, None]
+        torque = self.torque(x)[self.clamped, None]
         return torque * np.where(left, np.cross(a, k) - a, b + np.cross(b, k))
 
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
-        f = self.frames
-        return _assemble(
-            x, f.hinges, f.stencils, f.tangent0, f.director0, f.turn0, f.per_radius, self.rest, self.modulus,
-            residual, *matrix_arguments(matrix),
-        )  # fmt: skip
+        return _assemble(x, self.frames.view, self.rest, self.modulus, residual, view_of(matrix, 4))
 
     def energy(self, x: np.ndarray) -> float:
-        f = self.frames
-        return _energy(x, f.hinges, f.tangent0, f.director0, f.turn0, f.per_radius, self.rest, self.modulus)
+        return _energy(x, self.frames.view, self.rest, self.modulus)

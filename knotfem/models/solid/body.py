@@ -1,32 +1,39 @@
-"""From a scene to the numerics: meshes, effects and constraints of its rods."""
+"""From the rods of a scene to their meshes, hexahedra and cores."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knotfem import shipped
 from knotfem.errors import InputError
-from knotfem.mesh.quadratic import five, quadratic
+from knotfem.mesh.make_section import section_of
+from knotfem.mesh.quadratic import quadratic
 from knotfem.mesh.rod import RodMesh, extrude
-from knotfem.mesh.section import Section, read_section
+from knotfem.mesh.section import Section
+from knotfem.models.base import EndNodes
 from knotfem.models.centreline import Centreline, centrelines_of
 from knotfem.models.solid.elasticity import Elasticity
-from knotfem.models.solid.formulation import lumped_mass, make_formulation, order
+from knotfem.models.solid.formulation import lumped_mass, make_formulation
+from knotfem.models.solid.material import Material, NeoHooke
+from knotfem.scene.elements import ORDERS
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import Rod
+from knotfem.solver.nonlinear.tolerance import Sections
 from knotfem.solver.term import Term
 
 if TYPE_CHECKING:
-    from knotfem.contact.penalty import Penalty
-    from knotfem.models.solid.core import Core
+    from knotfem.terms.axial import AxialStiffness
+
+MERIT_AXIAL_STIFFNESS = 50.0
+"""Moderate axial stiffness of the core [N] in the line search's merit; the true one rejects every rotation."""
 
 
 @dataclass(frozen=True, eq=False)
-class RodBody:
+class SolidRod:
     """One rod in the numbering of the whole model.
 
     Attributes:
@@ -36,8 +43,8 @@ class RodBody:
         target: centreline of the tied rod.
         bulk: its hexahedra.
         core: its truss, or None.
-        section_nodes: shape [sections, nodes a section].
-        section_points: of the section [mm], shape [nodes a section, 2].
+        section_nodes: shape [sections, nodes of a section].
+        section_points: of the section [mm], shape [nodes of a section, 2].
     """
 
     scene: Rod
@@ -45,7 +52,7 @@ class RodBody:
     first: int
     target: Centreline
     bulk: Elasticity
-    core: Core | None
+    core: AxialStiffness | None
     section_nodes: np.ndarray
     section_points: np.ndarray
 
@@ -55,29 +62,28 @@ class RodBody:
         return self.section_nodes[:, self.mesh.section.axis]
 
     @property
-    def axial_stiffness(self) -> float:
-        """EA of bulk and core [N]."""
-        area = float(self.bulk.formulation.weights.sum()) / (self.mesh.span * self.mesh.element_length)
-        return self.scene.material.youngs_modulus * area + (self.core.axial_stiffness if self.core else 0.0)
+    def core_stiffness(self) -> float:
+        """EA of the core [N]; 0 without one."""
+        return self.scene.core.axial_stiffness if self.scene.core is not None else 0.0
 
     def lumped(self, density: float) -> np.ndarray:
         """Mass of each node at this density, shape [nodes of the rod]."""
         return lumped_mass(self.bulk.elements - self.first, self.bulk.formulation, density, len(self.mesh.nodes))
 
-    def end_nodes(self, side: str) -> np.ndarray:
-        """Nodes of the section at "start" or "end"."""
-        return self.section_nodes[0 if side == "start" else -1]
+    def end(self, side: str) -> EndNodes:
+        """Nodes of the section at "start" or "end", with the weights of a force that stretches bulk and core alike."""
+        nodes, axis = self.section_nodes[0 if side == "start" else -1], self.axis_nodes
+        outer, inner = (axis[0], axis[1]) if side == "start" else (axis[-1], axis[-2])
+        return EndNodes(nodes, self._end_weights(), int(outer), int(inner))
 
-    def end_weights(self) -> np.ndarray:
-        """Share of each node of an end section in a force that stretches bulk and core alike, summing to one."""
+    def _end_weights(self) -> np.ndarray:
         first = self.bulk.elements[:1] - self.first
         weights = lumped_mass(first, self.bulk.formulation, 1.0, len(self.mesh.nodes))[: len(self.section_points)]
         weights *= float(self.bulk.formulation.weights.sum()) / (
             self.mesh.span * self.mesh.element_length * weights.sum()
         )
         weights *= self.scene.material.youngs_modulus
-        if self.core is not None:
-            weights[self.mesh.section.axis] += self.core.axial_stiffness
+        weights[self.mesh.section.axis] += self.core_stiffness
         return weights / weights.sum()
 
 
@@ -88,62 +94,36 @@ class Body:
     Attributes:
         scene: what the user asked for.
         rods: in the scene's order.
-        shift_weights: share of each node in the volume, summing to one.
-        sections: cross-section of each node, counted through all rods.
+        damping_weights: fraction of each node in the volume, summing to one.
+        sections: cross-sections of all rods.
+        warnings: what deserves one.
     """
 
     scene: Scene
-    rods: list[RodBody]
-    shift_weights: np.ndarray
-    sections: np.ndarray
-    warnings: list[str] = field(default_factory=list)
+    rods: list[SolidRod]
+    damping_weights: np.ndarray
+    sections: Sections
+    warnings: list[str]
 
     @property
     def nodes(self) -> int:
-        return self.shift_weights.size
+        """Number of nodes."""
+        return self.damping_weights.size
 
     @cached_property
     def mass(self) -> np.ndarray:
-        """Lumped, of all nodes [tonne]; made when an effect first asks for it."""
+        """Lumped, of all nodes [tonne]; made when a term first asks for it."""
         return np.concatenate([rod.lumped(rod.scene.material.density) for rod in self.rods])
 
     @property
     def hexes(self) -> int:
+        """Number of hexahedra."""
         return sum(len(rod.mesh.hexes) for rod in self.rods)
-
-    @property
-    def law(self) -> Penalty:
-        """Penalty law in units of the thinnest rod and the softest material."""
-        from knotfem.contact.penalty import Penalty
-
-        c, d = self.scene.contact, self.scene.diameter
-        stiffness = c.stiffness_over_modulus * self.scene.youngs_modulus / d
-        return Penalty(stiffness, c.ramp_over_diameter * d, c.stick_over_diameter * d)
 
     @property
     def elastic(self) -> list[Term]:
         """Bulk and core of all rods."""
-        return [effect for rod in self.rods for effect in (rod.bulk, rod.core) if effect is not None]
-
-    def centrelines(self, x: np.ndarray) -> list[np.ndarray]:
-        """Positions of the axis nodes of each rod, shapes [sections, 3]."""
-        return [x[rod.axis_nodes] for rod in self.rods]
-
-
-def shipped_section(elements: int, degree: int) -> Section:
-    """A ready-made cross-section.
-
-    Args:
-        elements: number of quadrilaterals.
-        degree: 1 for quadrilaterals of four nodes, 2 of nine.
-
-    Raises:
-        InputError: no such section.
-    """
-    if degree == 2 and elements == 5:
-        return five()
-    section = read_section(shipped.section_path(elements))
-    return section if degree == 1 else quadratic(section)
+        return [term for rod in self.rods for term in (rod.bulk, rod.core) if term is not None]
 
 
 def mesh_of(rod: Rod, section: Section | None = None) -> RodMesh:
@@ -151,65 +131,68 @@ def mesh_of(rod: Rod, section: Section | None = None) -> RodMesh:
 
     Args:
         rod: what the user asked for.
-        section: instead of the shipped one.
+        section: instead of that.
 
     Raises:
         InputError: no such section.
     """
-    degree = order(rod.mesh.element)
+    order = ORDERS[rod.mesh.element]
     if section is None:
-        section = shipped_section(rod.mesh.section_elements, degree)
-    elif section.order < degree:
+        section = section_of(rod.mesh.section_elements, order)
+    elif section.order < order:
         section = quadratic(section)
     return extrude(section, 0.5 * rod.diameter, rod.length, rod.slices, match_bending=rod.mesh.match_bending_stiffness)
 
 
-def build_body(scene: Scene, section: Section | None = None) -> Body:
+def build_body(scene: Scene, section: Section | None = None, materials: Mapping[str, Material] | None = None) -> Body:
     """Mesh all rods of a scene.
 
     Args:
         scene: what the user asked for.
-        section: of all rods, instead of the shipped one.
+        section: of all rods, instead of the scene's.
+        materials: laws of the user's own by the rod's name.
 
     Raises:
         InputError: a centreline or a section that cannot be.
     """
     _refuse_mixed_orders(scene)
-    rods, volumes, sections = [], [], []
+    rods: list[SolidRod] = []
+    volumes: list[np.ndarray] = []
+    sections: list[np.ndarray] = []
+    starts = [0]
     first = 0
     for rod, target in zip(scene.rods, centrelines_of(scene), strict=True):
-        mesh = mesh_of(rod, section)
-        slices = mesh.slices
-        points = mesh.nodes[: len(mesh.section.points), :2]
-        form = make_formulation(rod.mesh.element, points[mesh.section.quads], mesh.span * mesh.element_length)
-        elements = mesh.layers + first
-        material = rod.material
-        bulk = Elasticity(elements, form, material.shear_modulus, material.bulk_modulus)
-        core = None
-        if rod.core is not None:
-            from knotfem.models.solid.core import Core
-
-            core = Core(mesh.core + first, mesh.element_length, rod.core.axial_stiffness)
-        body = RodBody(rod, mesh, first, target, bulk, core, mesh.section_nodes + first, points)
-        rods.append(body)
-        volumes.append(body.lumped(1.0))
-        offset = 0 if not sections else int(sections[-1][-1]) + 1
-        sections.append(offset + np.repeat(np.arange(slices + 1), len(points)))
-        first += len(mesh.nodes)
+        made = _solid_rod(rod, target, first, section, (materials or {}).get(rod.name))
+        rods.append(made)
+        volumes.append(made.lumped(1.0))
+        sections.append(starts[-1] + np.repeat(np.arange(made.mesh.slices + 1), len(made.section_points)))
+        starts.append(starts[-1] + made.mesh.slices + 1)
+        first += len(made.mesh.nodes)
     volume = np.concatenate(volumes)
-    return Body(
-        scene,
-        rods,
-        volume / volume.sum(),
-        np.concatenate(sections),
-        [warning for rod in rods for warning in rod.target.warnings],
-    )
+    warnings = [warning for rod in rods for warning in rod.target.warnings]
+    return Body(scene, rods, volume / volume.sum(), Sections(np.concatenate(sections), np.array(starts[:-1])), warnings)
+
+
+def _solid_rod(rod: Rod, target: Centreline, first: int, section: Section | None, law: Material | None) -> SolidRod:
+    mesh = mesh_of(rod, section)
+    points = mesh.nodes[: len(mesh.section.points), :2]
+    form = make_formulation(rod.mesh.element, points[mesh.section.quads], mesh.span * mesh.element_length)
+    material = NeoHooke(rod.material.shear_modulus) if law is None else law
+    bulk = Elasticity(mesh.layers + first, form, material, rod.material.bulk_modulus)
+    core = None
+    if rod.core is not None:
+        from knotfem.terms.axial import AxialStiffness
+
+        edges, stiffness = mesh.core + first, np.full(len(mesh.core), rod.core.axial_stiffness)
+        length, merit = np.full(len(edges), mesh.element_length), np.full(len(edges), MERIT_AXIAL_STIFFNESS)
+        core = AxialStiffness("core", edges, length, stiffness, merit, 3)
+    return SolidRod(rod, mesh, first, target, bulk, core, mesh.section_nodes + first, points)
 
 
 def _refuse_mixed_orders(scene: Scene) -> None:
     """All rods share one series of cells."""
     first = scene.rods[0].mesh.element
     for number, rod in enumerate(scene.rods):
-        if order(rod.mesh.element) != order(first):
+        if ORDERS[rod.mesh.element] != ORDERS[first]:
             problem = "linear and quadratic elements in one scene"
             raise InputError(problem, key=f"rods.{number}.mesh.element", found=rod.mesh.element, expected=first)

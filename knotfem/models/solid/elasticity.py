@@ -1,57 +1,81 @@
-"""Nearly incompressible neo-Hookean hexahedra in a mixed form equivalent to C3D8H."""
+"""Nearly incompressible hyperelastic hexahedra in a mixed form, equivalent to C3D8H for the neo-Hookean law."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 
 from knotfem.models.solid import hexahedra
 from knotfem.models.solid.formulation import Formulation
-from knotfem.solver.term import Arrays, Term
-from knotfem.sparse.pattern import Matrix, Pattern, element_keys
+from knotfem.models.solid.incompatible import mode_increment
+from knotfem.models.solid.material import Material, check_material
+from knotfem.models.solid.potential import invariants, potential
+from knotfem.models.solid.views import CondensedView, ElementView, LawView, PlacesView, UnknownsView
+from knotfem.solver.term import Role, Term
+from knotfem.sparse.pattern import Matrix, Pattern, stencil_keys, view_of
+from knotfem.types import Arrays
 
 MERIT_BULK_OVER_SHEAR = 20.0
+"""Moderate bulk modulus over the shear modulus in the line search's merit; the true one allows no rotation."""
+
+_NOWHERE = np.zeros((0, 0, 0))
 
 
-@dataclass
 class Elasticity(Term):
     """The bulk of one rod.
 
-    W = mu/2 (J^(-2/3) tr C - 3) + p (J - 1) - p^2 / (2 kappa), the pressure p an unknown of each element. Incompatible
-    modes, where the formulation has them, are unknowns of each element too; see `hexahedra`.
+    W(I1) + p (J - 1) - p^2 / (2 kappa), the pressure p an unknown of each element. Incompatible modes, where the
+    formulation has them, are unknowns of each element too; see `hexahedra`.
 
     Args:
         elements: connectivity, shape [slices, quads, n].
         formulation: tables of one slice.
-        shear_modulus: mu [MPa].
+        material: the law W.
         bulk_modulus: kappa [MPa].
+
+    Raises:
+        InputError: a law that no solid has.
+
+    Attributes:
+        pressure: coefficients p_q [MPa], shape [slices, quads, q].
+        modes: incompatible modes, shape [slices, quads, k, 3].
+        smallest_j: smallest determinant of the deformation gradient, as last assembled.
     """
 
-    elements: np.ndarray
-    formulation: Formulation
-    shear_modulus: float
-    bulk_modulus: float
+    name, role = "elasticity", Role.ELASTIC
 
-    def __post_init__(self) -> None:
-        self.name = "elasticity"
-        slices, quads, count = self.elements.shape
-        psi, weights = self.formulation.psi, self.formulation.weights
-        modes, extra = psi.shape[2], self.formulation.modes.shape[2]
-        compliance = np.einsum("epi,epj,ep->eij", psi, psi, weights) / self.bulk_modulus
-        self._compliance_inv = np.linalg.inv(compliance)
-        self._compliance = compliance
+    def __init__(self, elements: np.ndarray, formulation: Formulation, material: Material, bulk_modulus: float) -> None:
+        check_material(material)
+        self.elements, self.formulation = elements, formulation
+        self.material, self.bulk_modulus = material, bulk_modulus
+        slices, quads, count = elements.shape
+        psi, weights = formulation.psi, formulation.weights
+        pressures, extra = psi.shape[2], formulation.modes.shape[2]
+        self._compliance = np.einsum("epi,epj,ep->eij", psi, psi, weights) / bulk_modulus
+        self._view = ElementView(
+            np.ascontiguousarray(elements, dtype=np.int64),
+            formulation.grads,
+            weights,
+            psi,
+            formulation.modes,
+            formulation.centre,
+            np.linalg.inv(self._compliance),
+        )
         self._slots = np.empty((slices * quads, count, count), dtype=np.int32)
-        self._b = np.zeros((slices, quads, modes, 3 * (count + extra)))
-        self._excess = np.zeros((slices, quads, modes))
-        self._dp = np.zeros((slices, quads, modes))
-        self.pressure = np.zeros((slices, quads, modes))
+        self._condensed = CondensedView(
+            np.zeros((slices, quads, pressures, 3 * (count + extra))),
+            np.zeros((slices, quads, pressures)),
+            np.zeros((slices, quads, 3 * extra, 3 * count + 1)),
+        )
+        self.pressure = np.zeros((slices, quads, pressures))
         self.modes = np.zeros((slices, quads, extra, 3))
-        self._change = np.zeros_like(self.modes)
-        self._trial = np.zeros_like(self.modes)
-        self._follow = np.zeros((slices, quads, 3 * extra, 3 * count + 1))
+        self._dp, self._change, self._trial = (np.zeros_like(a) for a in (self.pressure, self.modes, self.modes))
         self._expanded: np.ndarray | None = None
-        self.smallest_j = 1.0
+        self.smallest_j, self._pivot, self._law_holds = 1.0, np.inf, True
+
+    @property
+    def shear_modulus(self) -> float:
+        """At small strain [MPa]."""
+        return self.material.shear_modulus
 
     @property
     def layer_height(self) -> float:
@@ -63,12 +87,10 @@ class Elasticity(Term):
 
     @property
     def admissible(self) -> bool:
-        return self.smallest_j > 0.0
+        return self.smallest_j > 0.0 and self._pivot > 0.0 and self._law_holds
 
-    def forget(self) -> None:
-        """Set pressures and modes back to those of an unstressed rod; the next solve finds them anew."""
-        self.pressure[:] = 0.0
-        self.modes[:] = 0.0
+    def describe(self) -> str:
+        return f"{self.elements.shape[0] * self.elements.shape[1]} hexahedra, {self.material.describe()}"
 
     def deformation(self, x: np.ndarray) -> np.ndarray:
         """Deformation gradients at the integration points, shape [slices, quads, points, 3, 3]."""
@@ -90,44 +112,24 @@ class Elasticity(Term):
         return direct + np.einsum("sqmi,am->sqai", turned, form.centre)
 
     def couplings(self, nodes: int) -> np.ndarray:
-        return element_keys(self.elements.reshape(-1, self.elements.shape[2]), nodes)
+        return stencil_keys(self.elements.reshape(-1, self.elements.shape[2]), nodes)
 
     def allocate(self, pattern: Pattern) -> None:
         flat = self.elements.reshape(-1, self.elements.shape[2])
         hexahedra.element_slots(flat, pattern.node_ptr, pattern.node_adj, self._slots)
 
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
-        pattern = matrix.pattern if matrix is not None else _NO_PATTERN
-        self.smallest_j = hexahedra.assemble(
-            x,
-            self.elements,
-            self.formulation.grads,
-            self.formulation.weights,
-            self.formulation.psi,
-            self.formulation.modes,
-            self.formulation.centre,
-            self._compliance_inv,
-            self.shear_modulus,
-            self.pressure,
-            self.modes,
-            residual,
-            matrix is not None,
-            matrix.data if matrix is not None else _NO_DATA,
-            self._slots,
-            pattern.node_ptr,
-            pattern.upper,
-            self._b,
-            self._excess,
-            self._follow,
+        law, unknowns, view = self._law(x), UnknownsView(self.pressure, self.modes), view_of(matrix, 3)
+        places = PlacesView(view.wanted, view.node_ptr, view.data, view.upper, self._slots)
+        self.smallest_j, self._pivot = hexahedra.assemble(
+            x, self._view, law, unknowns, self._condensed, residual, places
         )
         self._expanded = x.copy() if self.modes.size else None
         return True
 
     def increment(self, du: np.ndarray) -> None:
-        hexahedra.mode_increment(du, self.elements, self._follow, self._change)
-        hexahedra.pressure_increment(
-            du, self.elements, self._change, self._compliance_inv, self._b, self._excess, self._dp
-        )
+        mode_increment(du, self._view.nodes, self._condensed.follow, self._change)
+        hexahedra.pressure_increment(du, self._view, self._change, self._condensed, self._dp)
 
     def advance(self, fraction: float) -> None:
         self.pressure += fraction * self._dp
@@ -137,13 +139,13 @@ class Elasticity(Term):
         modulus = MERIT_BULK_OVER_SHEAR * self.shear_modulus
         modes = self.modes
         if self._expanded is not None:
-            hexahedra.mode_increment(x - self._expanded, self.elements, self._follow, self._trial)
+            mode_increment(x - self._expanded, self._view.nodes, self._condensed.follow, self._trial)
             modes = modes + self._trial
-        value, smallest = self._potential(x, self.pressure + self._dp, modes, modulus)
-        return value if smallest > 0.0 else np.inf
+        value, smallest = self._potential(x, UnknownsView(self.pressure + self._dp, modes), modulus)
+        return value if smallest > 0.0 and np.isfinite(value) else np.inf
 
     def energy(self, x: np.ndarray) -> float:
-        value, _ = self._potential(x, self.pressure, self.modes, 0.0)
+        value, _ = self._potential(x, UnknownsView(self.pressure, self.modes), 0.0)
         return value - 0.5 * float(np.einsum("sei,eij,sej->", self.pressure, self._compliance, self.pressure))
 
     def history(self) -> Arrays:
@@ -152,26 +154,40 @@ class Elasticity(Term):
         return {"pressure": self.pressure.copy(), "modes": self.modes.copy()}
 
     def load(self, history: Arrays) -> None:
-        self.pressure[:] = history["pressure"]
+        self.pressure[:] = history.get("pressure", 0.0)
         if self.modes.size:
-            self.modes[:] = history["modes"]
+            self.modes[:] = history.get("modes", 0.0)
 
-    def _potential(self, x: np.ndarray, pressure: np.ndarray, modes: np.ndarray, modulus: float) -> tuple[float, float]:
-        form = self.formulation
-        return hexahedra.merit(
-            x,
-            modes,
-            self.elements,
-            form.grads,
-            form.weights,
-            form.psi,
-            form.modes,
-            form.centre,
-            self.shear_modulus,
-            pressure,
-            modulus,
-        )
+    def _law(self, x: np.ndarray) -> LawView:
+        """The law at the integration points; one number where it is linear."""
+        if self.material.linear:
+            return LawView(self.material.shear_modulus, _NOWHERE, _NOWHERE)
+        invariant, _ = self._invariants(x, self.modes)
+        with np.errstate(all="ignore"):
+            first, second = (_values(f(invariant)) for f in (self.material.first, self.material.second))
+        self._law_holds = bool(np.isfinite(first).all() and np.isfinite(second).all() and first.min() > 0.0)
+        return LawView(self.material.shear_modulus, first, second)
+
+    def _potential(self, x: np.ndarray, unknowns: UnknownsView, modulus: float) -> tuple[float, float]:
+        """Potential [N mm] and smallest J, see `potential`."""
+        if self.material.linear:
+            return potential(x, self._view, unknowns, self.material.shear_modulus, modulus)
+        invariant, determinant = self._invariants(x, unknowns.modes)
+        weights, dilatation = self.formulation.weights, determinant - 1.0
+        pressure = np.einsum("qgm,sqm->sqg", self.formulation.psi, unknowns.pressure)
+        with np.errstate(all="ignore"):
+            density = self.material.energy(invariant) + pressure * dilatation
+        opening = np.einsum("qg,sqg->sq", weights, dilatation)
+        value = np.einsum("qg,sqg->", weights, density) + 0.5 * modulus * np.sum(opening**2 / weights.sum(axis=1))
+        return float(value), float(determinant.min())
+
+    def _invariants(self, x: np.ndarray, modes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        shape = (self.elements.shape[0], *self.formulation.weights.shape)
+        invariant, determinant = np.empty(shape), np.empty(shape)
+        invariants(x, self._view, modes, invariant, determinant)
+        return invariant, determinant
 
 
-_NO_DATA = np.zeros(0)
-_NO_PATTERN = Pattern(np.zeros(1, dtype=np.int64), np.zeros(0, dtype=np.int64), False)
+def _values(values: np.ndarray) -> np.ndarray:
+    """What a law returned, as compiled loops take it."""
+    return np.ascontiguousarray(values, dtype=np.float64)

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from knotfem.models.solid.assembly import Model
+from knotfem.models.solid.body import Body
 from knotfem.models.solid.stress import stress_state
+from knotfem.solver.term import Role, Term
 
 VOIGT = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
 
 
-def fields(model: Model, x: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+def fields(body: Body, terms: Sequence[Term], x: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
     """Point and cell fields of a state: contact pressure; stress, largest principal strain, pressure, tension."""
-    body = model.body
     stress, strain, pressure, tension = [], [], [], []
     for rod in body.rods:
         state = stress_state(x, rod.bulk)
@@ -28,7 +30,7 @@ def fields(model: Model, x: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str
             rod.core.force.reshape(-1, rod.mesh.span).mean(axis=1) if rod.core is not None else 0.0
         )
         tension.append(np.repeat(force, rod.bulk.elements.shape[1]))
-    points = {"contact_pressure": contact_pressure(model, x)}
+    points = {"contact_pressure": _contact_pressure(body, terms)}
     cells = {
         "stress": np.concatenate(stress),
         "largest_principal_strain": np.concatenate(strain),
@@ -38,17 +40,9 @@ def fields(model: Model, x: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str
     return points, cells
 
 
-def contact_pressure(model: Model, x: np.ndarray) -> np.ndarray:
-    """Normal contact force of the samples spread on their nodes, over the nodes' share of the surface [MPa]."""
-    force, area = np.zeros(model.body.nodes), np.zeros(model.body.nodes)
-    contacts = model.named("contact")
-    for contact in contacts:
-        samples = contact.samples
-        weights = np.maximum(samples.weights, 0.0)
-        np.add.at(area, samples.nodes, weights * samples.area[:, None])
-        touching = contact.pairs[:, 0]
-        np.add.at(force, samples.nodes[touching], 2.0 * weights[touching] * contact.force[:, None])
-        for cylinder in model.named("cylinder"):
-            near = cylinder.touching
-            np.add.at(force, samples.nodes[near], weights[near] * cylinder.force[near][:, None])
-    return np.divide(force, area, out=np.zeros_like(force), where=area > 0.0)
+def _contact_pressure(body: Body, terms: Sequence[Term]) -> np.ndarray:
+    if not any(term.role is Role.CONTACT for term in terms):
+        return np.zeros(body.nodes)
+    from knotfem.models.solid.pressure import contact_pressure
+
+    return contact_pressure(body.nodes, terms)

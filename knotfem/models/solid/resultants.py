@@ -15,7 +15,7 @@ from knotfem.models.solid.elasticity import Elasticity
 from knotfem.models.solid.stress import StressState, middle_forces, stress_state
 
 if TYPE_CHECKING:
-    from knotfem.models.solid.core import Core
+    from knotfem.terms.axial import AxialStiffness
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +57,9 @@ class Resultants:
         return np.linalg.norm(self.moment - self.torque[:, None] * self.tangent, axis=1)
 
 
-def resultants(x: np.ndarray, section_nodes: np.ndarray, axis: int, bulk: Elasticity, core: Core | None) -> Resultants:
+def resultants(
+    x: np.ndarray, section_nodes: np.ndarray, axis: int, bulk: Elasticity, core: AxialStiffness | None
+) -> Resultants:
     """Forces and moments of one rod.
 
     Args:

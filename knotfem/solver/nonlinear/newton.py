@@ -1,180 +1,192 @@
-"""Newton's method with the globalisation that contact of slender rods needs.
-
-Each safeguard and its reason: docs/solver.md.
-"""
+"""Newton's method with the globalisation that contact of slender rods needs."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from knotfem.errors import NotConverged
+from knotfem.solver.nonlinear.damping import LevenbergMarquardt
+from knotfem.solver.nonlinear.line_search import Armijo
+from knotfem.solver.nonlinear.reuse import Chord
+from knotfem.solver.nonlinear.tolerance import ForceTolerance, Imbalance, Sections, imbalance
+from knotfem.solver.state import longest_move
 from knotfem.solver.system import System
-from knotfem.solver.term import StepStart, longest_move
-from knotfem.sparse.linear import SingularMatrixError
+from knotfem.solver.term import TimeStep
+from knotfem.sparse.base import SingularMatrixError
+from knotfem.sparse.pattern import Matrix
+
+Interrupt = Callable[[], None]
+"""Called before each iteration; it ends the solve by raising."""
 
 
 class StepFailed(NotConverged):
-    """A time step did not converge; it can be tried again with a shorter one."""
+    """A time step did not converge; it can be retried with a shorter one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """Where a solve ended.
+
+    Attributes:
+        x: unknowns, shape [nodes, width].
+        iterations: of Newton's method.
+        imbalance: that is left.
+        damping: Levenberg-Marquardt damping to begin the next solve with [N/mm].
+    """
+
+    x: np.ndarray
+    iterations: int
+    imbalance: Imbalance
+    damping: float
 
 
 @dataclass(frozen=True)
-class NewtonSettings:
-    """Tolerances and limits; lengths in mm, forces in N.
+class Newton:
+    """Newton's method; its parts say what they are for.
 
     Attributes:
-        force_tolerance: largest out-of-balance force of one unknown.
-        resultant_tolerance: largest out-of-balance force summed over all nodes up to any cross-section.
+        tolerance: when a state is in balance.
+        line_search: on the merit of the system.
+        damping: of the tangent.
+        reuse: of factorisations.
         max_iterations: a step that needs more has failed.
-        largest_move: longest move of a node in one iteration, beyond twice what the prescribed ones still lack.
-        endgame_move: below it steps are taken whole, with no line search.
-        shift_start: first Levenberg-Marquardt shift of the whole rod [N/mm].
-        shift_cap: largest one.
-        chord_safety: an iteration takes the last factorisation again where so many times the residual that it promises
-            is within tolerance; infinite for a factorisation each.
+        largest_move: longest move of a node in one iteration [mm], a quarter of the diameter, beyond twice what
+            prescribed nodes still have to go. Beyond it the damping is raised; without this bound an end that is let go
+            throws the first iteration off by 40 mm.
     """
 
-    force_tolerance: float = 1e-5
-    resultant_tolerance: float = 1e-4
+    tolerance: ForceTolerance = field(default_factory=ForceTolerance)
+    line_search: Armijo = field(default_factory=Armijo)
+    damping: LevenbergMarquardt = field(default_factory=LevenbergMarquardt)
+    reuse: Chord = field(default_factory=Chord)
     max_iterations: int = 30
     largest_move: float = 1.5
-    endgame_move: float = 0.03
-    shift_start: float = 0.01
-    shift_cap: float = 100.0
-    chord_safety: float = 10.0
+
+    def patient(self, factor: int) -> Newton:
+        """The same with so many times the iterations."""
+        return replace(self, max_iterations=factor * self.max_iterations)
+
+    def solve(
+        self,
+        system: System,
+        x: np.ndarray,
+        step: TimeStep,
+        sections: Sections,
+        damping: float = 0.0,
+        interrupt: Interrupt | None = None,
+    ) -> Solution:
+        """Find the unknowns in balance at the end of a step.
+
+        Args:
+            system: begun with `step`.
+            x: predicted unknowns, shape [nodes, width]; prescribed ones may still be off their targets.
+            step: the time step.
+            sections: over which resultants are summed.
+            damping: to begin with [N/mm].
+            interrupt: called before each iteration.
+
+        Raises:
+            StepFailed: not converged, inverted elements, or a singular matrix.
+        """
+        return _Solve(self, system, step, sections, damping, interrupt).run(x)
 
 
-@dataclass
-class Iterations:
-    """What a solve took, and the shift to begin the next with."""
+class _Solve:
+    """One solve: what changes from iteration to iteration."""
 
-    count: int = 0
-    shift: float = 0.0
-    residual: float = np.inf
-    resultant: float = np.inf
+    def __init__(
+        self,
+        newton: Newton,
+        system: System,
+        step: TimeStep,
+        sections: Sections,
+        damping: float,
+        interrupt: Interrupt | None,
+    ) -> None:
+        self.newton, self.system, self.sections = newton, system, sections
+        self.targets = system.targets(step.end)
+        self.damping, self.interrupt = damping, interrupt
+        self.iterations = 0
+        self.imbalance = Imbalance()
+        self._excess = self._moved = np.inf
+        self._whole = self._reused = False
 
+    def run(self, x: np.ndarray) -> Solution:
+        system, newton = self.system, self.newton
+        x = x.copy()
+        while True:
+            system.update(x)
+            residual, matrix = (system.residual(x), None) if self._reused else system.tangent(x)
+            prescribed = np.where(system.fixed, self.targets - x, 0.0)
+            pending = bool(np.abs(prescribed).max() > 0.0)
+            before = self._excess
+            self._excess = self._measure(residual)
+            if not pending and self.iterations > 0 and self._excess < 1.0:
+                if not system.admissible:
+                    raise StepFailed("an element is inverted")
+                return Solution(x, self.iterations, self.imbalance, self.damping)
+            self._check_limits()
+            promising = self._whole and not self._reused and newton.reuse.promising(before, self._excess)
+            du = system.resolve(-residual) if promising and not pending else None
+            self._reused = du is not None and longest_move(du) < self._moved
+            if du is None or not self._reused:
+                if matrix is None:
+                    residual, matrix = system.tangent(x)
+                du = self._direction(matrix, residual, prescribed, pending)
+            self.iterations += 1
+            system.increment(du)
+            fraction = self._fraction(x, du, residual, pending)
+            self._moved, self._whole = longest_move(du), fraction == 1.0 and not pending
+            x = x + fraction * du
+            if pending:
+                x = np.where(system.fixed, self.targets, x)
+            system.advance(fraction)
 
-def out_of_balance(residual: np.ndarray, fixed: np.ndarray, sections: np.ndarray) -> tuple[float, float]:
-    """Largest free residual, and largest running sum of section sums of forces along each rod [N].
-
-    Args:
-        residual: shape [nodes, width].
-        fixed: prescribed unknowns, shape [nodes, width].
-        sections: index of the cross-section of each node, ascending, shape [nodes].
-    """
-    free = np.where(fixed, 0.0, residual)
-    sums = np.stack([np.bincount(sections, weights=free[:, i]) for i in range(3)], axis=1)
-    return float(np.abs(free).max()), float(np.linalg.norm(np.cumsum(sums, axis=0), axis=1).max())
-
-
-def solve(
-    system: System,
-    x: np.ndarray,
-    start: StepStart,
-    settings: NewtonSettings,
-    sections: np.ndarray,
-    shift: float = 0.0,
-    interrupt: Callable[[], None] | None = None,
-) -> tuple[np.ndarray, Iterations]:
-    """Find the positions in balance at the end of a step.
-
-    Args:
-        system: begun with `start`.
-        x: predicted positions, shape [nodes, width]; prescribed unknowns may still be off their targets.
-        start: the step.
-        settings: tolerances and limits.
-        sections: see `out_of_balance`.
-        shift: Levenberg-Marquardt shift to begin with [N/mm].
-        interrupt: called before each iteration; it ends the solve by raising.
-
-    Returns:
-        Positions, shape [nodes, width], and what it took.
-
-    Raises:
-        StepFailed: not converged, inverted elements, or a singular matrix.
-    """
-    took = Iterations(shift=shift)
-    targets = system.targets(start.end)
-    x = x.copy()
-    excess, moved, whole, chord = np.inf, np.inf, False, False
-    while True:
-        system.update(x)
-        residual, matrix = (system.residual(x), None) if chord else system.tangent(x)
-        gap = np.where(system.fixed, targets - x, 0.0)
-        lifted = bool(np.abs(gap).max() > 0.0)
-        took.residual, took.resultant = out_of_balance(residual, system.fixed, sections)
-        if not np.isfinite(took.residual):
+    def _measure(self, residual: np.ndarray) -> float:
+        self.imbalance = imbalance(residual, self.system.fixed, self.sections)
+        if not np.isfinite(self.imbalance.residual):
             raise StepFailed("the residual is not finite")
-        before = excess
-        excess = max(took.residual / settings.force_tolerance, took.resultant / settings.resultant_tolerance)
-        if not lifted and took.count > 0 and excess < 1.0:
-            if not system.admissible:
-                raise StepFailed("an element is inverted")
-            return x, took
-        if took.count >= settings.max_iterations:
-            raise StepFailed(f"no balance after {took.count} iterations: residual {took.residual:.2e} N")
-        if interrupt is not None:
-            interrupt()
-        promising = whole and not chord and settings.chord_safety * excess * excess < before
-        du = system.resolve(-residual) if promising and not lifted else None
-        chord = du is not None and longest_move(du) < moved
-        if du is None or not chord:
-            if matrix is None:
-                residual, matrix = system.tangent(x)
-            du = _direction(system, matrix, residual, gap, lifted, settings, took)
-        took.count += 1
-        system.increment(du)
-        fraction = _fraction(system, x, du, residual, lifted, settings, took)
-        moved, whole = longest_move(du), fraction == 1.0 and not lifted
-        x = x + fraction * du
-        if lifted:
-            x = np.where(system.fixed, targets, x)
-        system.advance(fraction)
+        return self.newton.tolerance.excess(self.imbalance)
 
+    def _check_limits(self) -> None:
+        if self.iterations >= self.newton.max_iterations:
+            raise StepFailed(f"no balance after {self.iterations} iterations: residual {self.imbalance.residual:.2e} N")
+        if self.interrupt is not None:
+            self.interrupt()
 
-def _direction(system, matrix, residual, gap, lifted, settings, took) -> np.ndarray:
-    rhs = -residual
-    if lifted:
-        rhs = rhs - matrix.multiply(gap.ravel()).reshape(gap.shape)
-    values = matrix.data.copy()
-    limit = settings.largest_move + 2.0 * longest_move(gap)
-    while True:
-        try:
-            du = system.solve(matrix, took.shift, rhs)
-        except SingularMatrixError as error:
-            if took.shift >= settings.shift_cap:
-                raise StepFailed(str(error)) from error
+    def _direction(self, matrix: Matrix, residual: np.ndarray, prescribed: np.ndarray, pending: bool) -> np.ndarray:
+        """Newton's step, damped until no node moves further than it may, with the move of prescribed unknowns."""
+        rule, rhs = self.newton.damping, -residual
+        if pending:
+            rhs = rhs - matrix.multiply(prescribed.ravel()).reshape(prescribed.shape)
+        values = matrix.data.copy()
+        limit = self.newton.largest_move + 2.0 * longest_move(prescribed)
+        while True:
             du = None
-        if du is not None:
-            move = longest_move(du)
-            if move <= limit:
-                return du + gap
-            if took.shift >= settings.shift_cap:
-                return du * (limit / move) + gap
-        took.shift = min(max(4.0 * took.shift, settings.shift_start), settings.shift_cap)
-        matrix.data[:] = values
+            try:
+                du = self.system.solve(matrix, self.damping, rhs)
+            except SingularMatrixError as error:
+                if rule.exhausted(self.damping):
+                    raise StepFailed(str(error)) from error
+            if du is not None:
+                move = longest_move(du)
+                if move <= limit:
+                    return du + prescribed
+                if rule.exhausted(self.damping):
+                    return du * (limit / move) + prescribed
+            self.damping = rule.raised(self.damping)
+            matrix.data[:] = values
 
-
-def _fraction(system, x, du, residual, lifted, settings, took) -> float:
-    """Armijo line search on the merit; the shift follows how it went."""
-    move = longest_move(du)
-    if lifted or move < settings.endgame_move:
-        took.shift = 0.0 if took.shift < settings.shift_start else 0.25 * took.shift
-        return 1.0
-    slope = float(np.sum(np.where(system.fixed, 0.0, residual) * du))
-    before = system.merit(x)
-    fraction = 1.0
-    for _ in range(6):
-        after = system.merit(x + fraction * du)
-        if after <= before + 1e-4 * fraction * min(slope, 0.0) + 1e-10 * abs(before):
-            break
-        curvature = after - before - fraction * slope
-        best = -slope * fraction**2 / (2.0 * curvature) if np.isfinite(curvature) and curvature > 0.0 else 0.0
-        fraction = min(max(best, 0.1 * fraction), 0.5 * fraction)
-    if fraction < 1.0:
-        took.shift = min(max(4.0 * took.shift, settings.shift_start), settings.shift_cap)
-    else:
-        took.shift = 0.0 if took.shift < settings.shift_start else 0.5 * took.shift
-    return fraction
+    def _fraction(self, x: np.ndarray, du: np.ndarray, residual: np.ndarray, pending: bool) -> float:
+        """Fraction of the step to take; the damping follows how it went."""
+        system, rule = self.system, self.newton.damping
+        if pending or longest_move(du) < self.newton.line_search.whole_below:
+            self.damping = rule.released(self.damping)
+            return 1.0
+        slope = float(np.sum(np.where(system.fixed, 0.0, residual) * du))
+        fraction = self.newton.line_search.fraction(lambda part: system.merit(x + part * du), slope)
+        self.damping = rule.raised(self.damping) if fraction < 1.0 else rule.lowered(self.damping)
+        return fraction

@@ -1,202 +1,161 @@
-"""Marching in time: prediction, step control, undoing of failed steps.
-
-The march knows nothing of files or progress: it yields accepted steps, and whoever iterates it saves and draws.
-"""
+"""Integration in time: accepted states in, accepted states out; a rejected step is dropped."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from knotfem.errors import KnotfemError, NotConverged
-from knotfem.solver.nonlinear import newton
-from knotfem.solver.nonlinear.newton import Iterations, NewtonSettings, StepFailed
+from knotfem.errors import NotConverged
+from knotfem.solver.nonlinear.newton import Interrupt, Newton, Solution, StepFailed
+from knotfem.solver.nonlinear.tolerance import Sections
+from knotfem.solver.state import State, longest_move
+from knotfem.solver.stepping.controller import StepController
 from knotfem.solver.system import System
-from knotfem.solver.term import Motion, StepStart, longest_move
-
-MOST_MOVE = 1.5
-"""A step that moves a node further than this many times what is aimed at is taken again, shorter: the work of forces on
-so long a path is all but unknown, and a strand whipped across a thin one would come out on its far side."""
 
 
-@dataclass(frozen=True)
-class StepControl:
-    """Limits of the time step; lengths in mm, times in s.
+@dataclass(frozen=True, eq=False)
+class Continuation:
+    """All that the integration needs to go on.
 
     Attributes:
-        first: first time step.
-        smallest: a step that fails below it ends the march.
-        largest: longest time step.
-        move: largest move of a node in a step that is aimed at.
-        few: up to so many iterations the step grows by `grow`.
-        many: from so many on it shrinks by `shrink`.
-        cut: factor after a failure.
+        state: accepted.
+        increment: last accepted move [mm], shape [nodes, width].
+        increment_dt: length of the step of that move [s], 0 where there is none to extrapolate.
+        dt: length wanted of the next step [s], 0 for the controller's first.
+        damping: Levenberg-Marquardt damping to begin with [N/mm].
     """
 
-    first: float
-    smallest: float
-    largest: float
-    move: float
-    few: int = 5
-    many: int = 10
-    grow: float = 1.4
-    shrink: float = 0.7
-    cut: float = 0.4
-
-
-@dataclass
-class Progress:
-    """All that the march needs to go on, besides what the effects remember.
-
-    Attributes:
-        motion: accepted state.
-        increment: last accepted move [mm], shape [nodes, 3].
-        increment_dt: time step of that move, 0 where there is none.
-        dt: next time step.
-        shift: Levenberg-Marquardt shift to begin with.
-        steps, cutbacks, iterations: counts so far.
-    """
-
-    motion: Motion
+    state: State
     increment: np.ndarray
     increment_dt: float = 0.0
     dt: float = 0.0
-    shift: float = 0.0
-    steps: int = 0
-    cutbacks: int = 0
-    iterations: int = 0
+    damping: float = 0.0
 
     @classmethod
-    def at(cls, motion: Motion) -> Progress:
-        return cls(motion, np.zeros_like(motion.x))
+    def at(cls, state: State) -> Continuation:
+        """At the beginning."""
+        return cls(state, np.zeros_like(state.x))
 
 
-@dataclass(frozen=True)
-class Accepted:
+@dataclass(frozen=True, eq=False)
+class AcceptedStep:
     """An accepted step.
 
     Attributes:
-        start: the state it set out from, and its length.
-        motion: the state it ended at.
-        took: what the Newton solve took.
-        failed: attempts that failed before.
-        wall: seconds, failures included.
-        arrived: whether it ended exactly at one of the stops.
+        start: the state it set out from.
+        after: how to go on, with the state it ended at.
+        dt: its length [s].
+        solution: of Newton's method.
+        rejected: attempts that were rejected before.
+        failure: why the last of them was; "" for none.
+        wall: seconds, rejected attempts included.
+        at_output: whether it ended exactly at an output time.
     """
 
-    start: StepStart
-    motion: Motion
-    took: Iterations
-    failed: int
+    start: State
+    after: Continuation
+    dt: float
+    solution: Solution
+    rejected: int
+    failure: str
     wall: float
-    arrived: bool
+    at_output: bool
+
+    @property
+    def state(self) -> State:
+        """The state that it ended at."""
+        return self.after.state
 
 
-@dataclass
-class March:
-    """Steps of one phase.
+def integrate(
+    system: System,
+    start: Continuation,
+    controller: StepController,
+    newton: Newton,
+    sections: Sections,
+    output_times: np.ndarray,
+    interrupt: Interrupt | None = None,
+) -> Iterator[AcceptedStep]:
+    """Yield accepted steps up to the last output time.
 
     Args:
-        system: effects and constraints of the phase.
-        progress: where to set out; updated in place with each accepted step.
-        control: step limits.
-        settings: of Newton's method.
-        sections: cross-section of each node, see `newton.out_of_balance`.
-        stops: times [s], ascending, that are met exactly; the last ends the march.
-        interrupt: called before each Newton iteration; what it raises ends the march as if the step had not begun.
+        system: equations.
+        start: where to set out.
+        controller: of the length of steps.
+        newton: solver of a step.
+        sections: over which resultants are summed.
+        output_times: ascending [s]; they are met exactly.
+        interrupt: called before each Newton iteration; what it raises ends the integration as if the step had not begun.
+
+    Raises:
+        NotConverged: the smallest step failed.
     """
+    now = start if start.dt > 0.0 else replace(start, dt=controller.first)
+    end = float(output_times[-1])
+    while now.state.time < end - 1e-12 * max(1.0, abs(end)):
+        step = advance(system, now, controller, newton, sections, output_times, interrupt)
+        now = step.after
+        yield step
 
-    system: System
-    progress: Progress
-    control: StepControl
-    settings: NewtonSettings
-    sections: np.ndarray
-    stops: np.ndarray
-    interrupt: Callable[[], None] | None = None
-    last_failure: str = field(default="", init=False)
 
-    def __iter__(self) -> Iterator[Accepted]:
-        p = self.progress
-        if p.dt <= 0.0:
-            p.dt = self.control.first
-        end = float(self.stops[-1])
-        while p.motion.time < end - 1e-12 * max(1.0, abs(end)):
-            yield self.step()
+def advance(
+    system: System,
+    now: Continuation,
+    controller: StepController,
+    newton: Newton,
+    sections: Sections,
+    output_times: np.ndarray,
+    interrupt: Interrupt | None = None,
+) -> AcceptedStep:
+    """Take one step, shorter and shorter until it is accepted; see `integrate`."""
+    began, state = time.perf_counter(), now.state
+    rejected, failure = 0, ""
+    trial = now
+    while True:
+        dt, at_output = controller.length(trial.dt, state.time, output_times)
+        try:
+            solution, after = _attempt(system, trial, dt, controller, newton, sections, interrupt)
+            break
+        except (StepFailed, ZeroDivisionError) as error:
+            failure = "strands or nodes lie on each other" if isinstance(error, ZeroDivisionError) else str(error)
+            rejected += 1
+            shorter = controller.after_failure(dt)
+            if shorter is None:
+                raise NotConverged(
+                    f"no balance at time {state.time:.6g} s with the smallest step {dt:.3g} s: {failure}"
+                ) from error
+            trial = replace(
+                trial,
+                dt=shorter,
+                damping=max(trial.damping, newton.damping.start),
+                increment_dt=0.0 if rejected > 2 else trial.increment_dt,
+            )
+    moved = longest_move(solution.x - state.x)
+    wanted = controller.after_success(dt, trial.dt, solution.iterations, moved, rejected)
+    going_on = Continuation(after, solution.x - state.x, dt, wanted, solution.damping)
+    return AcceptedStep(state, going_on, dt, solution, rejected, failure, time.perf_counter() - began, at_output)
 
-    def step(self) -> Accepted:
-        """Take one step, shorter and shorter until it succeeds."""
-        p, c = self.progress, self.control
-        began = time.perf_counter()
-        history, before = self.system.history(), replace(p)
-        failed = 0
-        while True:
-            dt, arrived = self._length(p.dt)
-            start = StepStart(p.motion, dt)
-            try:
-                x, took = self._attempt(start)
-                motion = self.system.commit(x, start)
-                break
-            except (StepFailed, ZeroDivisionError) as failure:
-                degenerate = isinstance(failure, ZeroDivisionError)
-                self.last_failure = "strands or nodes lie on each other" if degenerate else str(failure)
-                self.system.load(history)
-                failed += 1
-                p.cutbacks += 1
-                p.shift = max(p.shift, self.settings.shift_start)
-                p.increment_dt = 0.0 if failed > 2 else p.increment_dt
-                if dt <= c.smallest:
-                    raise NotConverged(
-                        f"no balance at time {p.motion.time:.6g} s with the smallest step {dt:.3g} s: "
-                        f"{self.last_failure}"
-                    ) from failure
-                p.dt = c.cut * dt
-            except KnotfemError:
-                self.system.restore(history)
-                vars(p).update(vars(before))
-                raise
-        p.increment, p.increment_dt = x - p.motion.x, dt
-        p.motion, p.shift = motion, took.shift
-        p.steps += 1
-        p.iterations += took.count
-        p.dt = self._next(dt, took.count, longest_move(p.increment), failed)
-        return Accepted(start, motion, took, failed, time.perf_counter() - began, arrived)
 
-    def _attempt(self, start: StepStart) -> tuple[np.ndarray, Iterations]:
-        p = self.progress
-        self.system.update(p.motion.x)
-        self.system.begin(start)
-        x = p.motion.x
-        if p.increment_dt > 0.0:
-            move = p.increment * (start.dt / p.increment_dt)
-            x = x + self.system.allowed_fraction(x, move) * move
-        x, took = newton.solve(self.system, x, start, self.settings, self.sections, p.shift, self.interrupt)
-        moved = longest_move(x - p.motion.x)
-        if moved > MOST_MOVE * self.control.move and start.dt > self.control.smallest:
-            raise StepFailed(f"a node moved by {moved:.3g} mm in one step")
-        return x, took
-
-    def _length(self, dt: float) -> tuple[float, bool]:
-        now = self.progress.motion.time
-        ahead = self.stops[self.stops > now + 1e-12 * max(1.0, abs(now))]
-        left = float(ahead[0]) - now
-        if dt >= left * (1.0 - 1e-9):
-            return left, True
-        return (0.5 * left, False) if dt > 0.6 * left else (dt, False)
-
-    def _next(self, dt: float, iterations: int, moved: float, failed: int) -> float:
-        c, wanted = self.control, self.progress.dt
-        if failed:
-            factor = 1.0
-        elif iterations <= c.few:
-            factor = c.grow
-        elif iterations >= c.many:
-            factor = c.shrink
-        else:
-            factor = 1.0
-        base = dt if failed or dt > 0.5 * wanted else wanted
-        if moved > 0.0:
-            factor = min(factor, c.move / moved * dt / base)
-        return min(max(factor * base, c.smallest), c.largest)
+def _attempt(
+    system: System,
+    trial: Continuation,
+    dt: float,
+    controller: StepController,
+    newton: Newton,
+    sections: Sections,
+    interrupt: Interrupt | None,
+) -> tuple[Solution, State]:
+    state = trial.state
+    step = system.begin(state, dt)
+    x = state.x
+    if trial.increment_dt > 0.0:
+        move = trial.increment * (dt / trial.increment_dt)
+        x = x + system.allowed_fraction(x, move) * move
+    solution = newton.solve(system, x, step, sections, trial.damping, interrupt)
+    moved = longest_move(solution.x - state.x)
+    if controller.too_far(moved, dt):
+        raise StepFailed(f"a node moved by {moved:.3g} mm in one step")
+    return solution, system.commit(solution.x, step)

@@ -1,0 +1,50 @@
+"""Collects the samples in contact from the terms of a model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from knotfem.contact.friction import Friction
+from knotfem.contact.obstacle import ObstacleContact
+from knotfem.contact.pairs import PairContact
+from knotfem.contact.report import ContactReport
+from knotfem.solver.term import Term
+
+
+def contact_report(terms: Sequence[Term]) -> ContactReport:
+    """Collect the samples that carry force, from the contact and friction terms as last assembled."""
+    friction = {id(term.contact): term for term in terms if isinstance(term, Friction)}
+    parts: list[tuple[np.ndarray, ...]] = []
+    number = 0
+    for term in terms:
+        if isinstance(term, PairContact):
+            pairs = term.pairs
+            on = np.flatnonzero(pairs.force > 0.0)
+            other, spacing = pairs.rod[on], term.surface.stations.spacing
+            where = (*_where(term, pairs.sample[on]), other, pairs.at[on, 0] * spacing[other])
+            normal = term.normals(on)
+            parts.append((*where, pairs.gap[on], normal, pairs.force[on], *_rubbing(friction.get(id(term)), on)))
+        elif isinstance(term, ObstacleContact):
+            touch = term.touch
+            near = touch.force[touch.sample] > 0.0
+            on = touch.sample[near]
+            other, nowhere = np.full(on.size, -1 - number), np.full(on.size, np.nan)
+            pressing = touch.gap[near], touch.normal[near], touch.force[on]
+            parts.append((*_where(term, on), other, nowhere, *pressing, *_rubbing(friction.get(id(term)), on)))
+            number += 1
+    if not parts:
+        return ContactReport.empty()
+    return ContactReport(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+
+def _where(contact: PairContact | ObstacleContact, sample: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    rod = contact.samples.rod[sample]
+    return rod, contact.samples.u[sample] * contact.surface.stations.spacing[rod]
+
+
+def _rubbing(friction: Friction | None, on: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    if friction is None:
+        return np.zeros(on.size), np.ones(on.size, dtype=bool)
+    return np.linalg.norm(friction.view.traction[on], axis=1), friction.slides[on] | (friction.mu[on] == 0.0)

@@ -1,0 +1,201 @@
+"""Search for pairs: which samples may touch which rod, and where; and which pairs were there before.
+
+Stations (cross-sections or nodes) of a rod at a local minimum of distance to a station of a rod are candidates; each
+sample nearest to the one is then projected near the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from knotfem.compiled import kernel
+from knotfem.contact.samples import SampleView
+from knotfem.contact.surface import Stations, Surface, SurfaceView, room_of, seek
+
+PAIRS_PER_SAMPLE = 4
+"""Room for closest points to begin with; strands in a bundle have more."""
+TWINS = 1e-6
+"""Closest points nearer to each other than this, in segments, are one."""
+
+
+def grown(fill: Callable[[int], tuple[int, tuple[np.ndarray, ...]]], capacity: int) -> tuple[np.ndarray, ...]:
+    """Arrays of a length that is not known beforehand.
+
+    Args:
+        fill: fills arrays of a capacity and says how long they need to be.
+        capacity: to begin with.
+    """
+    while True:
+        count, arrays = fill(capacity)
+        if count <= capacity:
+            return tuple(array[:count].copy() for array in arrays)
+        capacity = count
+
+
+@kernel
+def _longest_edges(x: np.ndarray, stations: Stations) -> np.ndarray:
+    """Longest edge between neighbouring stations of each rod."""
+    longest = np.zeros(stations.first.size - 1)
+    for rod in range(longest.size):
+        for j in range(stations.first[rod], stations.first[rod + 1] - 1):
+            a, b = stations.node[j], stations.node[j + 1]
+            square = (x[b, 0] - x[a, 0]) ** 2 + (x[b, 1] - x[a, 1]) ** 2 + (x[b, 2] - x[a, 2]) ** 2
+            longest[rod] = max(longest[rod], np.sqrt(square))
+    return longest
+
+
+@kernel
+def _find_candidates(x: np.ndarray, stations: Stations, cutoff: float, neighbour: float, out: np.ndarray) -> int:
+    """Station, rod and station of that rod of all candidates into out, shape [capacity, 3].
+
+    From a station far away the search goes on where the rod, of edges no longer than its longest, can be within reach
+    again.
+
+    Returns:
+        Number of candidates; larger than the capacity where that was too small.
+    """
+    longest = _longest_edges(x, stations)
+    rods, total = longest.size, 0
+    for own in range(rods):
+        for i in range(stations.first[own], stations.first[own + 1]):
+            a = stations.node[i]
+            for rod in range(rods):
+                reach = stations.radius[own] + stations.radius[rod] + cutoff
+                reach += stations.spacing[own] + stations.spacing[rod]
+                excluded = neighbour * stations.radius[own] / stations.spacing[own] if rod == own else -1.0
+                here = float(i - stations.first[own]) if rod == own else -1.0
+                count = stations.first[rod + 1] - stations.first[rod]
+                j, behind = 0, 0
+                previous = current = np.inf
+                while j <= count:
+                    following, ahead = np.inf, 1
+                    if j < count and abs(j - here) > excluded:
+                        b = stations.node[stations.first[rod] + j]
+                        following = (x[a, 0] - x[b, 0]) ** 2 + (x[a, 1] - x[b, 1]) ** 2 + (x[a, 2] - x[b, 2]) ** 2
+                        if following > reach * reach:
+                            ahead = max(1, int((np.sqrt(following) - reach) / longest[rod]))
+                    if current < reach * reach and current <= previous and current < following:
+                        if total < out.shape[0]:
+                            out[total, 0], out[total, 1], out[total, 2] = i, rod, behind
+                        total += 1
+                    previous, current, behind = current, following, j
+                    j += ahead
+    return total
+
+
+@kernel
+def _find_pairs(
+    x: np.ndarray, surface: SurfaceView, stations: Stations, samples: SampleView, places: tuple[np.ndarray, np.ndarray],
+    candidates: np.ndarray, limits: tuple[float, float], out: tuple[np.ndarray, np.ndarray],
+) -> int:  # fmt: skip
+    """All pairs of a sample and a closest point with a gap below the cutoff.
+
+    Args:
+        x: positions, shape [nodes, width].
+        surface: of all rods.
+        stations: of all rods.
+        samples: of all rods.
+        places: of the samples, shape [samples, 3], and the first sample of each station, shape [stations + 1].
+        candidates: see `_find_candidates`.
+        limits: largest gap [mm], and arc over radius within which strands of one rod are neighbours.
+        out: sample and rod of each pair, shape [capacity, 2], and parameters of its closest point.
+
+    Returns:
+        Number of pairs; larger than the capacity where that was too small.
+    """
+    points, sample_start = places
+    cutoff, neighbour = limits
+    pairs, at = out
+    room, found = room_of(surface), np.empty(at.shape[1])
+    total = 0
+    for c in range(candidates.shape[0]):
+        station, rod, near = candidates[c]
+        for s in range(sample_start[station], sample_start[station + 1]):
+            gap = seek(x, surface, stations, near, rod, points[s], samples.offset[s], cutoff, found, room)
+            if not gap <= cutoff:
+                continue
+            arc = abs(found[0] - samples.at[s, 0]) * stations.spacing[rod]
+            if samples.rod[s] == rod and arc < neighbour * stations.radius[rod]:
+                continue
+            twin = False
+            for k in range(min(total, pairs.shape[0]) - 1, -1, -1):
+                if pairs[k, 0] < sample_start[station]:
+                    break
+                if pairs[k, 0] == s and pairs[k, 1] == rod and abs(at[k, 0] - found[0]) < TWINS:
+                    twin = True
+                    break
+            if twin:
+                continue
+            if total < pairs.shape[0]:
+                pairs[total, 0], pairs[total, 1] = s, rod
+                at[total] = found
+            total += 1
+    return total
+
+
+@kernel
+def match_pairs(
+    old: np.ndarray, old_u: np.ndarray, new: np.ndarray, new_u: np.ndarray, reach: np.ndarray, match: np.ndarray
+) -> None:
+    """For each new pair the old one of the same sample and rod within reach along it, or -1, into match.
+
+    Both are ordered by sample; each old pair goes to at most one new one, the nearest first come.
+
+    Args:
+        old, new: sample and rod of each pair, shape [pairs, 2].
+        old_u, new_u: coordinate of the closest point in segments, shape [pairs].
+        reach: in segments of each rod, shape [rods].
+        match: shape [new pairs].
+    """
+    match[:] = -1
+    taken = np.zeros(old.shape[0], np.bool_)
+    o = 0
+    for k in range(new.shape[0]):
+        s, rod = new[k]
+        while o < old.shape[0] and old[o, 0] < s:
+            o += 1
+        best, p = reach[rod], o
+        while p < old.shape[0] and old[p, 0] == s:
+            distance = abs(old_u[p] - new_u[k])
+            if old[p, 1] == rod and distance < best and not taken[p]:
+                best = distance
+                match[k] = p
+            p += 1
+        if match[k] >= 0:
+            taken[match[k]] = True
+
+
+def find_pairs(
+    x: np.ndarray, surface: Surface, samples: SampleView, sample_start: np.ndarray, points: np.ndarray, cutoff: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """All pairs with a gap below `cutoff` [mm], ordered by sample, rod and coordinate along it.
+
+    Args:
+        x: positions, shape [nodes, width].
+        surface: of all rods.
+        samples: of all rods.
+        sample_start: first sample of each station, shape [stations + 1].
+        points: places of the samples, shape [samples, 3].
+        cutoff: largest gap.
+
+    Returns:
+        Sample and rod of each pair, shape [pairs, 2], and parameters of its closest point, shape [pairs, parameters].
+    """
+    stations, neighbour = surface.stations, surface.limits.neighbour
+
+    def candidates(capacity: int) -> tuple[int, tuple[np.ndarray, ...]]:
+        out = np.empty((capacity, 3), dtype=np.int64)
+        return _find_candidates(x, stations, cutoff, neighbour, out), (out,)
+
+    (near,) = grown(candidates, 4 * stations.node.size)
+
+    def pairs(capacity: int) -> tuple[int, tuple[np.ndarray, ...]]:
+        out = np.empty((capacity, 2), dtype=np.int64), np.empty((capacity, surface.parameters))
+        places, limits = (points, sample_start), (cutoff, neighbour)
+        return _find_pairs(x, surface.view, stations, samples, places, near, limits, out), out
+
+    found, at = grown(pairs, PAIRS_PER_SAMPLE * len(points))
+    order = np.lexsort((at[:, 0], found[:, 1], found[:, 0]))
+    return found[order], at[order]

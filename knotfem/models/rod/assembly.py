@@ -1,0 +1,222 @@
+"""The terms of a set of discrete rods, built from plain numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+
+from knotfem.errors import InputError
+from knotfem.mesh.rod_layout import RodLayout, make_layout
+from knotfem.models.rod.bend import Bend
+from knotfem.models.rod.frames import Frames
+from knotfem.models.rod.spec import ContactSpec, ObstacleSpec, RodSpec, directors_of
+from knotfem.models.rod.twist import Twist
+from knotfem.models.rod.vertices import VertexTerm
+from knotfem.solver.constraints import Clamp, Prescribed
+from knotfem.solver.schemes import Scheme
+from knotfem.solver.state import Motion, State
+from knotfem.solver.system import System, labelled
+from knotfem.solver.term import Conditions, Term
+from knotfem.sparse.linear import make_solver
+from knotfem.terms.axial import AxialStiffness
+
+MERIT_STIFFNESS_OVER_BENDING = 5.0
+"""Axial stiffness of the line search's merit, in units of B/r^2; the true one rejects every rotation."""
+
+
+class DiscreteRods:
+    """Discrete elastic rods, their contacts and what acts on them. It never changes; states do.
+
+    Args:
+        rods: at least one.
+        contact: None for strands that pass through each other.
+        obstacles: rigid bodies; they need `contact`.
+        gravity: acceleration [mm/s^2], shape [3].
+        drag: rate [1/s]; None without drag.
+        inertia: whether there is any.
+
+    Attributes:
+        layout: numbering.
+        terms: in the order in which they are assembled.
+        frames: directors of the edges.
+        stretch, bend, twist: elasticity.
+        damping: internal, of stretch, bend and twist; empty where no rod has any.
+        initial: state in which the rods are given, without clamps.
+    """
+
+    def __init__(
+        self,
+        rods: Sequence[RodSpec],
+        contact: ContactSpec | None = None,
+        obstacles: Sequence[ObstacleSpec] = (),
+        gravity: np.ndarray | None = None,
+        drag: float | None = None,
+        *,
+        inertia: bool = True,
+    ) -> None:
+        self.rods = list(rods)
+        chords = [np.linalg.norm(np.diff(rod.points, axis=0), axis=1) for rod in rods]
+        spacing = [float(c.mean()) if rod.spacing is None else rod.spacing for rod, c in zip(rods, chords, strict=True)]
+        self.layout: RodLayout = make_layout([c.size for c in chords], spacing, [rod.radius for rod in rods])
+        x = np.zeros((self.layout.nodes, 4))
+        x[:, :3] = np.concatenate([rod.points for rod in rods])
+        self.frames = Frames(self.layout, x, np.concatenate([directors_of(rod) for rod in rods]))
+        bending = np.array([rod.bending for rod in rods])
+        self.stretch = self._stretch(bending)
+        self.stretch.view.force[:] = self.stretch.tension(x)
+        self.bend = Bend(self.frames, bending)
+        self.twist = Twist(self.frames, np.array([rod.twisting for rod in rods]))
+        self.damping: list[Term] = []
+        self.terms: list[Term] = [self.frames, self.stretch, self.bend, self.twist]
+        if any(rod.relaxation_time > 0.0 for rod in rods):
+            from knotfem.models.rod.damping import make_damping
+
+            times = [rod.relaxation_time for rod in rods]
+            self.damping += make_damping(self.stretch, self.bend, self.twist, self.frames, times)
+            self.terms += self.damping
+        self._add_masses(inertia, drag, gravity)
+        if contact is not None:
+            self._add_contact(contact, obstacles)
+        elif obstacles:
+            raise InputError("obstacles need contact", key="rods")
+        self.initial = State.of(Motion.at_rest(x), self._history())
+
+    def _stretch(self, bending: np.ndarray) -> AxialStiffness:
+        edges, layout = self.layout.edges, self.layout
+        rod = layout.rod[edges]
+        axial = np.array([r.axial for r in self.rods])
+        moderate = MERIT_STIFFNESS_OVER_BENDING * bending / np.asarray(layout.radius) ** 2
+        nodes = np.stack([edges, edges + 1], axis=1)
+        return AxialStiffness("stretch", nodes, layout.spacing[rod], axial[rod], moderate[rod], 4)
+
+    @cached_property
+    def mass(self) -> np.ndarray:
+        """Mass of each unknown [tonne], shape [nodes, 4]; made when a term first asks for it."""
+        from knotfem.models.rod.mass import lumped_mass
+
+        return lumped_mass(self.layout, np.array([rod.mass_per_length for rod in self.rods]))
+
+    def _add_masses(self, inertia: bool, drag: float | None, gravity: np.ndarray | None) -> None:
+        if inertia or drag is not None:
+            from knotfem.terms.inertia import Drag, Inertia
+
+            if inertia:
+                self.terms.append(Inertia(self.mass))
+            if drag is not None:
+                self.terms.append(Drag(self.mass, drag))
+        if gravity is not None and np.any(gravity):
+            from knotfem.terms.gravity import Gravity
+
+            self.terms.append(Gravity(self.mass[:, 0], np.asarray(gravity, dtype=float)))
+
+    def _add_contact(self, spec: ContactSpec, obstacles: Sequence[ObstacleSpec]) -> None:
+        from knotfem.contact.curve import make_samples
+        from knotfem.contact.curve_pairs import CurveSurface
+        from knotfem.contact.law import Penalty
+        from knotfem.contact.pairs import PairContact
+
+        surface, samples = CurveSurface(self.layout), make_samples(self.layout, spec.sample_spacing)
+        contact = PairContact(surface, samples, Penalty(spec.stiffness, spec.ramp))
+        count = self.layout.rods
+        mu = np.broadcast_to(np.asarray(spec.friction, dtype=float), (count, count)).copy()
+        self.terms.append(contact)
+        if mu.max() > 0.0:
+            from knotfem.contact.curve_friction import CurveFriction
+            from knotfem.contact.friction import Friction
+
+            self.terms.append(Friction(contact, CurveFriction(self.frames, _tangential(spec, spec.stiffness)), mu))
+        for number, obstacle in enumerate(obstacles, 1):
+            from knotfem.contact.obstacle import ObstacleContact
+
+            stiffness = 2.0 * spec.stiffness if obstacle.stiffness is None else obstacle.stiffness
+            touching = ObstacleContact(surface, samples, Penalty(stiffness, spec.ramp), obstacle.surface)
+            self.terms.append(touching)
+            rubbing = np.broadcast_to(np.asarray(obstacle.friction, dtype=float), (count,)).copy()
+            if rubbing.max() > 0.0:
+                from knotfem.contact.friction import Friction
+                from knotfem.contact.obstacle_friction import SprungFriction
+
+                law = SprungFriction(self.frames, _tangential(spec, stiffness))
+                self.terms.append(Friction(touching, law, rubbing, scheduled=False))
+                self.terms[-1].number = number
+
+    def clamped(self, state: State, clamps: Sequence[Clamp]) -> State:
+        """A state with other clamps, from which a step sets out; internal damping begins at no rate."""
+        for label, term in labelled(self.terms):
+            term.load(state.history.get(label, {}))
+        history = dict(state.history)
+        labels = {id(term): label for label, term in labelled(self.terms)}
+        history[labels[id(self.frames)]] = self.frames.clamped_at(clamps, state.x, state.time)
+        for dashpot in self.damping:
+            history[labels[id(dashpot)]] = dashpot.at_rest(state.x)  # pyright: ignore[reportAttributeAccessIssue]
+        return State.of(state, history)
+
+    def system(
+        self,
+        scheme: Scheme,
+        prescribed: Sequence[Prescribed] = (),
+        *,
+        loads: Sequence[Term] = (),
+        conditions: Conditions | None = None,
+        fixed: np.ndarray | None = None,
+        linear_solver: str = "auto",
+        threads: int = 1,
+    ) -> System:
+        """The equations of a step.
+
+        Args:
+            scheme: time integration.
+            prescribed: nodes whose places are given.
+            loads: forces besides.
+            conditions: clamps, friction and drag.
+            fixed: unknowns that keep their values, boolean, shape [nodes, 4].
+            linear_solver: its name.
+            threads: of it.
+        """
+        kept = np.zeros((self.layout.nodes, 4), dtype=bool) if fixed is None else fixed.copy()
+        kept[self.layout.last, 3] = True
+        solver = make_solver(linear_solver, threads)
+        return System(
+            [*self.terms, *loads],
+            self.layout.nodes,
+            solver,
+            scheme,
+            prescribed,
+            conditions=conditions,
+            width=4,
+            fixed=kept,
+            unsymmetric=True,
+        )
+
+    def tension(self, x: np.ndarray) -> np.ndarray:
+        """Axial force of each segment [N], internal damping included, shape [segments]."""
+        axial = self.stretch.tension(x)
+        for dashpot in self.damping:
+            if isinstance(dashpot, AxialStiffness):
+                axial = axial + dashpot.tension(x)
+        return axial
+
+    def torque(self, x: np.ndarray) -> np.ndarray:
+        """Twisting moment of each vertex [N mm], internal damping included, shape [vertices]."""
+        torque = self.twist.torque(x)
+        for dashpot in self.damping:
+            if isinstance(dashpot, Twist):
+                torque = torque + dashpot.torque(x)
+        return torque
+
+    def clamp_couples(self, x: np.ndarray) -> np.ndarray:
+        """Couple of each clamp on its rod [N mm], shape [clamps, 3]."""
+        none = np.zeros((self.frames.clamped.size, 3))
+        return sum((term.clamp_couples(x) for term in self.terms if isinstance(term, VertexTerm)), none)
+
+    def _history(self) -> dict[str, dict[str, np.ndarray]]:
+        found = {label: dict(term.history()) for label, term in labelled([self.frames, self.stretch])}
+        return found
+
+
+def _tangential(spec: ContactSpec, stiffness: float) -> float:
+    from knotfem.contact.curve_friction import MINDLIN_STIFFNESS_RATIO
+
+    return stiffness * (MINDLIN_STIFFNESS_RATIO if spec.tangential is None else spec.tangential)

@@ -1,0 +1,98 @@
+"""Results of a run on disk and in memory."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from knotfem.results.states import RunState, disk_states, memory_states
+from knotfem.run.directory import RunDirectory
+from knotfem.run.memory import MemoryStore
+from knotfem.run.tables import read_table
+from knotfem.scene.model import Scene
+
+Table = Mapping[str, np.ndarray]
+
+
+class DiskData:
+    """Results in a run directory; see `knotfem.results.run.RunData`.
+
+    Args:
+        directory: of the run.
+    """
+
+    def __init__(self, directory: RunDirectory) -> None:
+        self.directory = directory
+
+    @property
+    def scene(self) -> Scene:
+        """The resolved scene."""
+        return self.directory.scene
+
+    @property
+    def path(self) -> Path:
+        """The run directory."""
+        return self.directory.path
+
+    def table(self, name: str) -> Table:
+        """The table NAME.csv."""
+        path = self.path / f"{name}.csv"
+        return read_table(path) if path.exists() else {}
+
+    def summary(self) -> dict[str, Any]:
+        """The file summary.json."""
+        return self.directory.read_summary() if (self.path / "summary.json").exists() else {}
+
+    def states(self) -> Sequence[RunState]:
+        """States of results.vtkhdf."""
+        return disk_states(self.directory)
+
+    def checkpoint(self, name: str) -> dict[str, Any] | None:
+        """State of the simulation in a checkpoint."""
+        from knotfem.run.checkpoint import read_checkpoint
+
+        store = self.directory.checkpoints
+        path = store.named(name) if name else None
+        found = read_checkpoint(path) if path is not None else store.latest()
+        return None if found is None else found.state["simulation"]
+
+
+class MemoryData:
+    """Results in memory; see `knotfem.results.run.RunData`.
+
+    Args:
+        scene: that was run.
+        store: of the recorder.
+        summary: figures of the run.
+        checkpoints: states of the simulation by name, the last as "".
+    """
+
+    path = None
+
+    def __init__(
+        self, scene: Scene, store: MemoryStore, summary: dict[str, Any], checkpoints: dict[str, dict[str, Any]]
+    ) -> None:
+        self.scene, self.store = scene, store
+        self._summary, self._checkpoints = summary, checkpoints
+        self.table = cache(self._table)
+
+    def _table(self, name: str) -> Table:
+        """Columns of a table."""
+        table = self.store.tables.get(name)
+        return {} if table is None else table.arrays()
+
+    def summary(self) -> dict[str, Any]:
+        """Figures of the run."""
+        return self._summary
+
+    def states(self) -> Sequence[RunState]:
+        """States whose fields are kept."""
+        return memory_states(self.scene, self.store)
+
+    def checkpoint(self, name: str) -> dict[str, Any] | None:
+        """State of the simulation."""
+        return self._checkpoints.get(name)

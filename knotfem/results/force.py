@@ -1,0 +1,144 @@
+"""Force of a run, step by step and over all its pulls, and where a knot begins to lock."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from knotfem.errors import InputError, MissingDependency
+from knotfem.scene.model import Scene
+from knotfem.scene.steps import Pull
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+LOCKING_SLOPE = 4.0
+"""A knot begins to lock where the force rises this many times faster than it does in the middle of its first half."""
+
+
+class HasForces(Protocol):
+    """A run with a table of forces."""
+
+    name: str
+
+    @property
+    def path(self) -> Path | None:
+        """The run directory, or None in memory."""
+        ...
+
+    @property
+    def scene(self) -> Scene:
+        """The resolved scene."""
+        ...
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """Figures of the whole run."""
+        ...
+
+    def table(self, name: str) -> Mapping[str, np.ndarray]:
+        """Columns by name."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class ForceCurve:
+    """What a run's loading steps have brought.
+
+    Attributes:
+        label: of the run.
+        run: whose they are.
+        steps: times [s] and forces [N] of each step, by its name.
+        displacement: of the pulled end over all pulls [mm], ascending, shape [n]; empty without a pull.
+        force: [N], shape [n].
+        spans: first and last time [s] of each pull, and the displacement at which it set out [mm], by its name.
+    """
+
+    label: str
+    run: HasForces
+    steps: dict[str, tuple[np.ndarray, np.ndarray]]
+    displacement: np.ndarray
+    force: np.ndarray
+    spans: dict[str, tuple[float, float, float]]
+
+    def at(self, displacement: np.ndarray | float) -> np.ndarray:
+        """Force at displacements within the curve [N]."""
+        return np.asarray(np.interp(displacement, self.displacement, self.force))
+
+    def plot(self, axes: Axes | None = None, **line: object) -> Axes:
+        """Force [N] against displacement [mm]."""
+        from knotfem.plot.axes import axes_for
+
+        drawn = axes_for(axes)
+        drawn.plot(self.displacement, self.force, **{"label": self.label, **line})  # pyright: ignore[reportArgumentType]
+        drawn.set_xlabel("displacement [mm]")
+        drawn.set_ylabel("force [N]")
+        return drawn
+
+    def to_pandas(self) -> object:
+        """A pandas DataFrame with the columns displacement_mm and force_N.
+
+        Raises:
+            MissingDependency: pandas is not installed.
+        """
+        try:
+            import pandas as pd  # pyright: ignore[reportMissingImports]
+        except ImportError:
+            raise MissingDependency("pandas is missing; cure: pip install pandas") from None
+        return pd.DataFrame({"displacement_mm": self.displacement, "force_N": self.force})
+
+
+def force_curve(run: HasForces, label: str | None = None) -> ForceCurve:
+    """Forces of a run, and against the displacement of all its pulls, one behind the other.
+
+    Args:
+        run: that has taken a loading step.
+        label: for legends; None for the run's name.
+
+    Raises:
+        InputError: the run has taken no loading step yet.
+    """
+    table = run.table("force")
+    if not table or not table["time_s"].size:
+        raise InputError("no loading step is stored", file=run.path, expected="a run that knotfem pull has brought on")
+    for column in ("time_s", "step", "displacement_mm", "force_N"):
+        if column not in table:
+            raise InputError("no such column", file=run.path, key=column, found=",".join(table))
+    steps, spans, before = {}, {}, 0.0
+    displacement, force = [np.zeros(0)], [np.zeros(0)]
+    for step in run.scene.loading_steps:
+        rows = table["step"] == step.name
+        if not rows.any():
+            continue
+        steps[step.name] = table["time_s"][rows], table["force_N"][rows]
+        if isinstance(step, Pull):
+            went, end = table["displacement_mm"][rows], float(table["time_s"][rows][-1])
+            displacement.append(before + went)
+            force.append(table["force_N"][rows])
+            spans[step.name] = end - float(went[-1]) / step.speed, end, before
+            before += step.displacement
+    name = run.name if label is None else label
+    return ForceCurve(name, run, steps, np.concatenate(displacement), np.concatenate(force), spans)
+
+
+def onset_of_locking(displacement: np.ndarray, force: np.ndarray) -> float | None:
+    """Displacement [mm] from which on the force rises `LOCKING_SLOPE` times faster than before, or None.
+
+    Args:
+        displacement: evenly spaced [mm], shape [n].
+        force: [N], shape [n].
+    """
+    width = max(3, len(force) // 20)
+    smooth = np.convolve(np.pad(force, width // 2, mode="edge"), np.full(width, 1.0 / width), mode="valid")[
+        : len(force)
+    ]
+    slope = np.gradient(smooth, displacement)[width // 2 : -(width // 2)]
+    limit = LOCKING_SLOPE * float(np.median(slope[: len(slope) // 2]))
+    below = np.flatnonzero(slope < limit)
+    if limit <= 0.0 or not below.size or below[-1] == len(slope) - 1:
+        return None
+    return float(displacement[width // 2 + below[-1] + 1])

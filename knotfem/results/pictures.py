@@ -1,0 +1,134 @@
+"""Pictures of a run at a stored state."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from knotfem.errors import InputError
+from knotfem.models.solid.body import mesh_of
+from knotfem.plot.render import Cylinder, polygons, render_mesh, surfaces_of
+from knotfem.results.run import Run
+from knotfem.results.states import RunState, StateFields
+from knotfem.scene.model import Scene
+
+DIVERGING = "coolwarm"
+"""Map of values of either sign, zero in its middle."""
+COLOURS = {
+    "strain": ("largest_principal_strain", "largest principal strain (logarithmic)", "viridis"),
+    "tension": ("tension", "tension [N]", "plasma"),
+    "pressure": ("contact_pressure", "contact pressure [MPa]", "inferno"),
+    "curvature": ("curvature", "curvature [1/mm]", "viridis"),
+    "twist": ("twist", "twist [rad/mm]", DIVERGING),
+    "none": ("", "", "viridis"),
+}
+
+
+def draw(state: RunState, out: Path, colour: str = "strain") -> None:
+    """Draw the rods in a stored state into a PNG file.
+
+    Args:
+        state: of a run.
+        out: file.
+        colour: a key of `COLOURS`; curvature and twist are fields of the rod model only.
+
+    Raises:
+        InputError: no such colour, or no such field in the state.
+        MissingDependency: pyvista or an OpenGL library is absent.
+    """
+    fields, scene = state.fields, state.scene
+    scalars, label, colours = _scalars(fields, colour)
+    render_mesh(
+        fields.points,
+        fields.cells,
+        out,
+        scalars=scalars,
+        rings=_rings(scene, len(fields.points)),
+        cylinders=[Cylinder(o.point, o.axis, 0.5 * o.diameter) for o in scene.obstacles],
+        label=label,
+        colour_map=colours,
+        limits=_symmetric(scalars) if colours == DIVERGING else None,
+    )
+
+
+def show(state: RunState, colour: str = "strain") -> object:
+    """Show the rods in a stored state in a window, or in a notebook's output.
+
+    Args:
+        state: of a run.
+        colour: see `draw`.
+
+    Returns:
+        What pyvista's plotter gives back, such as a notebook's viewer.
+    """
+    import pyvista as pv
+
+    fields, scene = state.fields, state.scene
+    scalars, label, colours = _scalars(fields, colour)
+    plotter = pv.Plotter()
+    for surface in surfaces_of(fields.points, fields.cells, scalars, _rings(scene, len(fields.points))):
+        plotter.add_mesh(
+            polygons(surface),
+            scalars=None if scalars is None else "values",
+            cmap=colours,
+            smooth_shading=True,
+            scalar_bar_args={"title": label},
+        )
+    for o in scene.obstacles:
+        length = float(np.ptp(fields.points, axis=0).max())
+        plotter.add_mesh(pv.Cylinder(o.point, o.axis, 0.5 * o.diameter, length), color="lightgrey")
+    return plotter.show()
+
+
+def render(run: Run, out: Path, colour: str = "strain", at: float | None = None) -> None:
+    """Draw the rods of a run into a PNG file.
+
+    Args:
+        run: with stored states.
+        out: file.
+        colour: see `draw`.
+        at: stored displacement [mm], the nearest is taken; None for the last state.
+
+    Raises:
+        InputError: no state is stored, none near `at`, or no such field in it.
+    """
+    states = run.states
+    if not states:
+        raise InputError("no state is stored", file=run.path, expected="a run with output.fields = true")
+    chosen = states[-1]
+    if at is not None:
+        time, _ = run.stored.nearest(at)
+        chosen = min(states, key=lambda state: abs(state.time - time))
+    draw(chosen, out, colour)
+
+
+def _scalars(fields: StateFields, colour: str) -> tuple[np.ndarray | None, str, str]:
+    if colour not in COLOURS:
+        raise InputError("no such colour", key="colour", found=colour, expected=", ".join(COLOURS))
+    name, label, colours = COLOURS[colour]
+    found = fields.cell_data.get(name, fields.point_data.get(name))
+    if name and found is None:
+        expected = "another colour, or a run of the rod model"
+        raise InputError("this field is not stored", key="--colour", found=colour, expected=expected)
+    return None if found is None else np.asarray(found, dtype=np.float64), label, colours
+
+
+def _symmetric(values: np.ndarray | None) -> tuple[float, float] | None:
+    """Limits of equal size with either sign; none where all values are zero."""
+    size = 0.0 if values is None else float(np.abs(values).max())
+    return (-size, size) if size > 0.0 else None
+
+
+def _rings(scene: Scene, points: int) -> list[np.ndarray]:
+    """Points around each section of each rod, shape [sections, around]."""
+    if scene.model == "rod":
+        sections = [rod.slices + 1 for rod in scene.rods]
+        grid = np.arange(points).reshape(sum(sections), -1)
+        return np.split(grid, np.cumsum(sections)[:-1])
+    rings, first = [], 0
+    for rod in scene.rods:
+        mesh = mesh_of(rod)
+        rings.append(mesh.ring_nodes + first)
+        first += len(mesh.nodes)
+    return rings

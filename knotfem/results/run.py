@@ -1,0 +1,240 @@
+"""A run, in memory or on disk: what it was asked for and what came of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from knotfem.errors import InputError
+from knotfem.results.force import ForceCurve, force_curve
+from knotfem.results.profile import StoredStates, TensionProfile, stored_states
+from knotfem.results.states import RunState
+from knotfem.scene.model import Scene
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Table = Mapping[str, np.ndarray]
+
+
+class RunData(Protocol):
+    """Where the results of a run are kept."""
+
+    @property
+    def scene(self) -> Scene:
+        """The resolved scene."""
+        ...
+
+    @property
+    def path(self) -> Path | None:
+        """The run directory, or None in memory."""
+        ...
+
+    def table(self, name: str) -> Table:
+        """Columns of a table by its name ("force", "tension", "contacts", "twist", "tie"); empty where there is none."""
+        ...
+
+    def summary(self) -> dict[str, Any]:
+        """Figures of the whole run."""
+        ...
+
+    def states(self) -> Sequence[RunState]:
+        """Stored states."""
+        ...
+
+    def checkpoint(self, name: str) -> dict[str, Any] | None:
+        """State of the simulation, the last or that of a name such as "tied"."""
+        ...
+
+
+class Run:
+    """A run.
+
+    Args:
+        data: where its results are kept.
+        name: for legends.
+    """
+
+    def __init__(self, data: RunData, name: str) -> None:
+        self.data, self.name = data, name
+
+    def __repr__(self) -> str:
+        where = "in memory" if self.path is None else str(self.path)
+        return f"<knotfem run {self.name!r}, {where}>"
+
+    @property
+    def path(self) -> Path | None:
+        """The run directory, or None in memory."""
+        return self.data.path
+
+    @property
+    def scene(self) -> Scene:
+        """The resolved scene."""
+        return self.data.scene
+
+    def table(self, name: str) -> Table:
+        """Columns by name, each of shape [rows], units in the names.
+
+        Args:
+            name: "force", "tension", "contacts", "twist" or "tie".
+        """
+        return self.data.table(name)
+
+    @cached_property
+    def force(self) -> ForceCurve:
+        """Force against displacement.
+
+        Raises:
+            InputError: no loading step has been taken.
+        """
+        return force_curve(self)
+
+    @cached_property
+    def stored(self) -> StoredStates:
+        """States whose tension profiles are stored.
+
+        Raises:
+            InputError: there are none.
+        """
+        return stored_states(self)
+
+    def tension(self, at: float | str | None = None) -> TensionProfile:
+        """Tension along the centreline in a stored state.
+
+        Args:
+            at: displacement, [mm] or such as "60 mm"; the nearest stored state is taken; None for the last.
+
+        Raises:
+            InputError: nothing is stored near it.
+        """
+        return self.stored.profile(_length(at))
+
+    def contacts(self, at: float | str | None = None) -> Table:
+        """Samples in contact in a stored state: columns of contacts.csv.
+
+        Args:
+            at: see `tension`.
+        """
+        time, _ = self.stored.nearest(_length(at))
+        table = self.table("contacts")
+        rows = table["time_s"] == time if table else np.zeros(0, dtype=bool)
+        return {name: values[rows] for name, values in table.items()}
+
+    @property
+    def states(self) -> Sequence[RunState]:
+        """Stored states with their fields, oldest first."""
+        return self.data.states()
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """Figures of the whole run, as in summary.json."""
+        return self.data.summary()
+
+    @property
+    def cost(self) -> Cost:
+        """What the run took."""
+        s = self.summary
+        phases = {name: Spent(**spent) for name, spent in s.get("phases", {}).items()}
+        effects = {name: entry["cpu_s"] for name, entry in s.get("effects", {}).items()}
+        return Cost(phases, effects, s.get("steps", 0), s.get("newton_iterations", 0), s.get("peak_memory_mb", 0.0))
+
+    @property
+    def energy(self) -> EnergyCurve:
+        """Energy balance of the loading steps."""
+        return EnergyCurve(self.table("force"))
+
+    @property
+    def knot(self) -> str | dict[str, Any] | None:
+        """Name of the knot at the end, or names of several rods' knots."""
+        return self.summary.get("knot_after")
+
+
+@dataclass(frozen=True)
+class Spent:
+    """Time that a phase took [s]."""
+
+    wall_s: float
+    cpu_s: float
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What a run took.
+
+    Attributes:
+        phases: by name.
+        effects: CPU seconds of each term by name.
+        steps: accepted.
+        newton_iterations: of all of them.
+        peak_memory_mb: of the process.
+    """
+
+    phases: dict[str, Spent]
+    effects: dict[str, float]
+    steps: int
+    newton_iterations: int
+    peak_memory_mb: float
+
+    @property
+    def cpu_s(self) -> float:
+        """CPU seconds of all phases."""
+        return sum(phase.cpu_s for phase in self.phases.values())
+
+    def plot(self, axes: Axes | None = None) -> Axes:
+        """CPU seconds of the terms, the dearest first."""
+        from knotfem.plot.axes import axes_for
+
+        drawn = axes_for(axes)
+        names = sorted(self.effects, key=lambda name: self.effects[name])
+        drawn.barh(names, [self.effects[name] for name in names])
+        drawn.set_xlabel("CPU time [s]")
+        return drawn
+
+
+@dataclass(frozen=True, eq=False)
+class EnergyCurve:
+    """Energy balance [N mm] at each loading step.
+
+    Attributes:
+        table: columns of force.csv.
+    """
+
+    table: Table
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the parts: work, elastic, friction, ...; missing is the error of the balance."""
+        return [name.removesuffix("_Nmm") for name in self.table if name.endswith("_Nmm")]
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """A part [N mm], shape [steps]."""
+        try:
+            return self.table[f"{name}_Nmm"]
+        except KeyError:
+            raise InputError("no such energy", found=name, expected=", ".join(self.names)) from None
+
+    def plot(self, axes: Axes | None = None) -> Axes:
+        """All parts against time."""
+        from knotfem.plot.axes import axes_for
+
+        drawn = axes_for(axes)
+        for name in self.names:
+            if np.abs(self[name]).max(initial=0.0) > 0.0:
+                drawn.plot(self.table["time_s"], self[name], label=name)
+        drawn.set_xlabel("time [s]")
+        drawn.set_ylabel("energy [N mm]")
+        drawn.legend()
+        return drawn
+
+
+def _length(at: float | str | None) -> float | None:
+    if not isinstance(at, str):
+        return at
+    from knotfem.scene.quantity import LENGTH, parse_quantity
+
+    return parse_quantity(at, LENGTH, "at")

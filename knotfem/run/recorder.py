@@ -1,0 +1,251 @@
+"""Turns the events of a simulation into tables, series and summary, in memory or on disk."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, Protocol
+
+import numpy as np
+
+from knotfem.models.base import Fields, Increment, Model, SeriesMesh
+from knotfem.models.contacts import CONTACT_COLUMNS, contact_rows
+from knotfem.run.columns import (
+    FORCE_COLUMNS,
+    FORCE_EXTRA,
+    TENSION_COLUMNS,
+    TENSION_EXTRA,
+    TIE_COLUMNS,
+    TWIST_COLUMNS,
+    energy_column,
+)
+from knotfem.run.simulation import PhaseDone, Simulation, TimeStepDone
+from knotfem.run.summary import Summary
+from knotfem.scene.steps import Relax
+from knotfem.solver.term import Role
+
+Value = float | int | str | np.generic
+
+
+class TableSink(Protocol):
+    """A table that rows are appended to."""
+
+    @property
+    def rows(self) -> int:
+        """How many there are."""
+        ...
+
+    def append(self, row: Mapping[str, Value]) -> None:
+        """Append one row."""
+        ...
+
+    def extend(self, rows: Iterable[Mapping[str, Value]]) -> None:
+        """Append rows."""
+        ...
+
+    def keep(self, rows: int) -> None:
+        """Drop all rows past the first `rows`."""
+        ...
+
+
+class SeriesSink(Protocol):
+    """A time series of fields."""
+
+    def append(self, time: float, displacement: float, fields: Fields) -> None:
+        """Append a state."""
+        ...
+
+    @property
+    def count(self) -> int:
+        """States so far."""
+        ...
+
+    def close(self) -> None:
+        """Bring it to an end."""
+        ...
+
+
+class Store(Protocol):
+    """Where a run is kept."""
+
+    def table(self, name: str, columns: tuple[str, ...]) -> TableSink:
+        """The table of a name."""
+        ...
+
+    def series(self, mesh: Callable[[], SeriesMesh], kept: int | None) -> SeriesSink:
+        """The time series: a new one, or an existing one cut back to the first `kept` states."""
+        ...
+
+    def log(self, record: Mapping[str, Any]) -> None:
+        """Keep a record of a step."""
+        ...
+
+    @property
+    def logged(self) -> int:
+        """Records so far."""
+        ...
+
+    def keep_log(self, records: int) -> None:
+        """Drop all past the first."""
+        ...
+
+
+class Recorder:
+    """Records the events of a simulation.
+
+    Args:
+        simulation: whose events they are.
+        store: where to.
+
+    Attributes:
+        summary: figures of the whole run.
+        stretches: of the mapping's increments, shape [edges] each.
+        mapping_times: of them.
+    """
+
+    def __init__(self, simulation: Simulation, store: Store) -> None:
+        self.simulation, self.store = simulation, store
+        self.model: Model = simulation.model
+        self.summary = Summary(self.model)
+        self.summary.figures["linear_solver"] = simulation.linear_solver
+        self.mapping_times: list[float] = []
+        self.stretches: list[np.ndarray] = []
+        self._series: SeriesSink | None = None
+        self._stored_before = 0
+
+    def begin(self, metadata: dict[str, Any] | None) -> None:
+        """Start the tables, or cut them back to the rows of a checkpoint."""
+        names = [term.name for term in self.model.terms if term.role in (Role.RESISTANCE, Role.FIELD)]
+        own = dict.fromkeys(energy_column(name) for name in names if energy_column(name) not in FORCE_EXTRA)
+        columns = {
+            "tie": TIE_COLUMNS,
+            "force": (*FORCE_COLUMNS, *FORCE_EXTRA, *own),
+            "tension": (*TENSION_COLUMNS, *TENSION_EXTRA),
+            "contacts": CONTACT_COLUMNS,
+            **({"twist": TWIST_COLUMNS} if self.model.segments else {}),
+        }
+        self.tables = {name: self.store.table(name, of_it) for name, of_it in columns.items()}
+        rows = metadata["rows"] if metadata else {}
+        for name, table in self.tables.items():
+            table.keep(int(rows.get(name, 0)))
+        self.store.keep_log(int(rows.get("log", 0)))
+        self._stored_before = int(rows.get("series", 0))
+        self.summary.begin()
+        if self.model.scene.output.fields:
+            self._series = self.store.series(self.model.series_mesh, self._stored_before if metadata else None)
+
+    def rows(self) -> dict[str, int]:
+        """Rows so far, for a checkpoint."""
+        series = self._stored_before if self._series is None else self._series.count
+        return {**{name: table.rows for name, table in self.tables.items()}, "log": self.store.logged, "series": series}
+
+    def record(self, event: Increment | TimeStepDone | PhaseDone) -> None:
+        """Record an event; the time since the last one belongs to its phase."""
+        if isinstance(event, TimeStepDone):
+            self.summary.add_system(event.system)
+            with self.summary.output():
+                self._step(event)
+            self.summary.add_time(event.step.name)
+        elif isinstance(event, Increment):
+            self.summary.add_system(event.system)
+            with self.summary.output():
+                self._increment(event)
+            self.summary.add_time("mapping")
+        else:
+            if event.name == "mapping" and self.stretches:
+                self.summary.stretch(self.stretches)
+            self.summary.add_time(event.name)
+
+    def finish(self) -> dict[str, Any]:
+        """Figures of the run so far."""
+        if self.simulation.knots_before is not None:
+            self.summary.knots(self.simulation.knots_before, self.simulation.knots())
+        if self._series is not None:
+            self._series.close()
+        return self.summary.finished(self.simulation.balance.energies)
+
+    def _increment(self, increment: Increment) -> None:
+        self.mapping_times.append(increment.mapping_time)
+        self.stretches.append(increment.stretch)
+        self.tables["tie"].append(
+            {
+                "mapping_time": increment.mapping_time,
+                "max_stretch": float(increment.stretch.max()),
+                "min_stretch": float(increment.stretch.min()),
+                "newton_iterations": increment.iterations,
+                "wall_s": increment.wall,
+            }
+        )
+        self.store.log(
+            {
+                "phase": "mapping",
+                "mapping_time": increment.mapping_time,
+                "smallest_j": increment.smallest_j,
+                "solved": increment.solved,
+            }
+        )
+
+    def _step(self, event: TimeStepDone) -> None:
+        record = force_row(event)
+        self.summary.count(event)
+        if not isinstance(event.step, Relax):
+            self.tables["force"].append(record)
+        solution = event.accepted.solution
+        self.store.log(
+            {
+                "phase": event.step.name,
+                "step_s": event.accepted.dt,
+                "residual_N": solution.imbalance.residual,
+                "resultant_N": solution.imbalance.resultant,
+                "damping": solution.damping,
+                "reactions_N": event.figures.reactions,
+                "analyses": event.system.analyses,
+                **{key: value for key, value in record.items() if key != "step"},
+            }
+        )
+        if event.output:
+            self._output(event)
+
+    def _output(self, event: TimeStepDone) -> None:
+        """Fields and profiles of a state."""
+        model, x, when = self.model, event.state.x, (event.time, event.displacement)
+        self.tables["tension"].extend(model.tension_profile(x, *when))
+        self.tables["contacts"].extend(contact_rows(model, model.contacts(), *when))
+        if "twist" in self.tables:
+            self.tables["twist"].extend(model.twist_profile(x, *when))
+        if not isinstance(event.step, Relax):
+            self.summary.output_figures(event.figures)
+        if self._series is not None:
+            self._series.append(*when, model.fields(x))
+
+
+def force_row(event: TimeStepDone) -> dict[str, float | int | str]:
+    """Row of force.csv of an accepted step."""
+    e, f, accepted = event.energies, event.figures, event.accepted
+    drag, gravity = e.taken.get("drag", 0.0), e.fields.get("gravity", 0.0)
+    own = {energy_column(name): value for name, value in {**e.taken, **e.fields}.items()}
+    return {
+        "time_s": event.time,
+        "displacement_mm": f.displacement,
+        "force_N": f.force,
+        "newton_iterations": accepted.solution.iterations,
+        "contacts": f.contacts,
+        "max_penetration_mm": f.penetration,
+        "kinetic_over_internal": e.kinetic / e.elastic if e.elastic > 0.0 else 0.0,
+        "wall_s": accepted.wall,
+        "step": event.step.name,
+        "sliding": f.sliding,
+        "imbalance_N": f.imbalance,
+        "drag_force_N": f.drag_force,
+        "unrest_N": f.dynamic_residual,
+        "work_Nmm": e.work,
+        "elastic_Nmm": e.elastic,
+        "kinetic_Nmm": e.kinetic,
+        "contact_Nmm": e.contact,
+        "friction_Nmm": e.friction,
+        "numerical_Nmm": e.algorithmic,
+        "missing_Nmm": e.error,
+        "cutbacks": accepted.rejected,
+        **own,
+        "gravity_Nmm": gravity,
+        "drag_Nmm": drag,
+    }

@@ -1,0 +1,340 @@
+"""A scene in memory: mapping, relaxing, loading, one accepted step after the other; no files, no screen."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from knotfem.energy.balance import EnergyBalance, StepFigures
+from knotfem.energy.energies import Energies
+from knotfem.errors import InputError, KnotLost, NotConverged
+from knotfem.models.base import Additions, Equations, Increment
+from knotfem.models.build import build_model
+from knotfem.models.newton import newton_of
+from knotfem.models.rod.initial import SourceRod
+from knotfem.run.monitor import KnotMonitor, Knots
+from knotfem.run.schedule import Rest, Schedule, schedule_of
+from knotfem.scene.model import Scene
+from knotfem.scene.steps import Loaded, Relax, Release, Step
+from knotfem.solver.nonlinear.newton import Interrupt
+from knotfem.solver.state import State
+from knotfem.solver.stepping.integrator import AcceptedStep, Continuation, integrate
+from knotfem.solver.system import System
+from knotfem.sparse.linear import available
+from knotfem.tie import CentrelinePath
+
+LOG = logging.getLogger("knotfem")
+
+
+@dataclass(frozen=True, eq=False)
+class TimeStepDone:
+    """An accepted time step.
+
+    Attributes:
+        step: of the scene.
+        accepted: the time step.
+        figures: of the step.
+        energies: so far.
+        system: equations, with the terms in the accepted state.
+        elapsed: since the scene's step began [s].
+        fraction: of the scene's step that is done, 0 to 1; nan where nobody knows.
+        output: whether outputs are due.
+        last: whether it is the last of the scene's step.
+    """
+
+    step: Step
+    accepted: AcceptedStep
+    figures: StepFigures
+    energies: Energies
+    system: System
+    elapsed: float
+    fraction: float
+    output: bool
+    last: bool
+
+    @property
+    def state(self) -> State:
+        """The accepted state."""
+        return self.accepted.state
+
+    @property
+    def time(self) -> float:
+        """Time [s]."""
+        return self.state.time
+
+    @property
+    def force(self) -> float:
+        """Along the reported drive, at its end [N]."""
+        return self.figures.force
+
+    @property
+    def displacement(self) -> float:
+        """Of that end since the start of the scene's step [mm]."""
+        return self.figures.displacement
+
+
+@dataclass(frozen=True)
+class PhaseDone:
+    """The mapping, or a step of the scene, is through.
+
+    Attributes:
+        name: of the phase.
+        tied: whether the knot is tied with it.
+    """
+
+    name: str
+    tied: bool
+
+
+Event = Increment | TimeStepDone | PhaseDone
+
+
+@dataclass(frozen=True, eq=False)
+class Underway:
+    """A step of the scene that has begun.
+
+    Attributes:
+        step: of the scene.
+        origin: what must be known of the state that it set out from.
+        before: force on each loaded end at that time [N], by label, shape [3].
+        now: how far it has come.
+        keys: sparsity of its equations, None before the first solve.
+    """
+
+    step: Step
+    origin: State
+    before: dict[str, np.ndarray]
+    now: Continuation
+    keys: np.ndarray | None = None
+
+
+class Simulation:
+    """A scene, from the straight rods to its last step, or on from a checkpoint.
+
+    Args:
+        scene: what to run.
+        goal: "tie" for the loose knot at rest, "pull" for all steps.
+        additions: of the user's own.
+        source: rods as another run has left them.
+        interrupt: called before each Newton iteration and after each step; what it raises ends the run as if the step
+            had not begun.
+        notify: is told what a user should know; a log by default.
+
+    Attributes:
+        model: of the scene.
+        balance: of energy.
+        monitor: of the knots.
+        state: accepted.
+        phase: name of the present one.
+        next_step: number of the scene's step that comes next.
+        knots_before: that the steps set out from.
+        mapped: whether the mapping is through.
+        paths: mapping of each rod, once it has begun.
+        linear_solver: name of the one that is used.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        goal: str = "pull",
+        *,
+        additions: Additions | None = None,
+        source: Sequence[SourceRod] | None = None,
+        interrupt: Interrupt | None = None,
+        notify: Callable[[str], None] = LOG.info,
+    ) -> None:
+        self.scene, self.goal, self.notify = scene, goal, notify
+        self.interrupt = interrupt
+        self.model = build_model(scene, additions, source)
+        for warning in self.model.warnings:
+            notify(f"warning: {warning}")
+        self.balance = EnergyBalance(self.model)
+        self.monitor = KnotMonitor(self.model)
+        self.state = self.model.straight()
+        self.phase = "mapping"
+        self.next_step = 0
+        self.knots_before: Knots | None = None
+        self.linear_solver = available()[0] if scene.solver.linear == "auto" else scene.solver.linear
+        self.mapped = False
+        self.paths: list[CentrelinePath] = []
+        self._underway: Underway | None = None
+        self._system: System | None = None
+
+    @property
+    def wanted(self) -> tuple[Step, ...]:
+        """Steps of the scene that the goal asks for."""
+        return self.scene.tying_steps if self.goal == "tie" else self.scene.steps
+
+    def knots(self) -> Knots:
+        """Knots of the present state."""
+        return self.monitor.knots(self.state.x)
+
+    def run(self) -> Iterator[Event]:
+        """Take all phases that are left.
+
+        Raises:
+            KnotfemError: what ends a run; the state is the last accepted one.
+        """
+        if not self.mapped:
+            yield from self._map()
+        while self.next_step < len(self.wanted):
+            step = self.wanted[self.next_step]
+            yield from self._take(step)
+            self._underway, self._system = None, None
+            self.next_step += 1
+            yield PhaseDone(step.name, self.next_step == len(self.scene.tying_steps))
+
+    def _map(self) -> Iterator[Event]:
+        self.paths = self.model.paths()
+        for increment in self.model.mapping(self.paths, self.linear_solver):
+            self.state = increment.state
+            if not increment.solved:
+                self.notify(f"no solid can follow the mapping at time {increment.mapping_time:g}; skipped")
+            yield increment
+            if self.interrupt is not None:
+                self.interrupt()
+        self.knots_before = self.knots()
+        self.mapped = True
+        yield PhaseDone("mapping", not self.scene.tying_steps)
+
+    def _take(self, step: Step) -> Iterator[TimeStepDone]:
+        resumed = self._underway
+        self.phase = step.name
+        underway = resumed or self._begun(step)
+        equations = self.model.equations(step, underway.origin, underway.before)
+        system = self._system = equations.system
+        if resumed is None:
+            adapted = self.model.adapted(self.state, equations)
+            underway = replace(underway, now=replace(underway.now, state=adapted))
+            self.balance.begin(equations, adapted, anew=self.next_step <= len(self.scene.tying_steps))
+        elif resumed.keys is not None:
+            system.load(resumed.now.state)
+            system.update(resumed.now.state.x)
+            system.restore_pattern(resumed.keys)
+        self._underway = underway
+        try:
+            yield from self._integrate(step, equations, underway)
+        finally:
+            system.close()
+
+    def _integrate(self, step: Step, equations: Equations, underway: Underway) -> Iterator[TimeStepDone]:
+        model, began = self.model, underway.origin.time
+        schedule = schedule_of(model, step, began)
+        rest = Rest(step, model, began) if isinstance(step, Relax | Release) else None
+        steps = integrate(
+            equations.system,
+            underway.now,
+            schedule.controller,
+            newton_of(model),
+            model.sections,
+            schedule.output_times,
+            self.interrupt,
+        )
+        for accepted in steps:
+            self.state = accepted.state
+            self._underway = replace(underway, now=accepted.after, keys=equations.system.keys)
+            if self.scene.contact.enabled:
+                self.monitor.check_interpenetration(accepted.start.x, self.state.x, self.state.time)
+            figures = self.balance.update(equations, accepted, underway.origin)
+            resting = rest is not None and rest.reached(self.state.time, self.balance.energies, figures)
+            last = resting or schedule.over(self.state.time)
+            yield self._event(step, accepted, figures, equations.system, schedule, began, last)
+            lost = (accepted.at_output or last) and self._lost(step)
+            if resting or (lost and isinstance(step, Release)):
+                return
+            if self.interrupt is not None:
+                self.interrupt()
+        if isinstance(step, Relax):
+            raise NotConverged(f"{step.name}: not at rest after {step.longest:g} s")
+
+    def _event(
+        self,
+        step: Step,
+        accepted: AcceptedStep,
+        figures: StepFigures,
+        system: System,
+        schedule: Schedule,
+        began: float,
+        last: bool,
+    ) -> TimeStepDone:
+        waits = isinstance(step, Relax | Release)
+        fraction = float("nan") if waits else schedule.fraction(began, self.state.time)
+        energies, elapsed = self.balance.energies, self.state.time - began
+        output = accepted.at_output or last
+        return TimeStepDone(step, accepted, figures, energies, system, elapsed, fraction, output, last)
+
+    def _begun(self, step: Step) -> Underway:
+        ends = {f"{rod}.{side}" for (rod, side), end in step.all_ends().items() if isinstance(end, Loaded)}
+        before = {label: np.array(force) for label, force in self.balance.end_forces.items() if label in ends}
+        return Underway(step, self.model.origin(self.state), before, Continuation.at(self.state))
+
+    def _lost(self, step: Step) -> bool:
+        """Whether a knot has come undone: an error in a step that must hold, of interest besides in a release."""
+        watched = self.scene.contact.enabled and (step.must_hold or isinstance(step, Release))
+        if self.knots_before is None or not watched:
+            return False
+        message = self.monitor.lost(self.knots_before, self.knots())
+        if not message:
+            return False
+        if step.must_hold:
+            raise KnotLost(f"{step.name}: {message}")
+        self.notify(f"{step.name}: {message}")
+        return True
+
+    def checkpoint(self) -> dict[str, Any]:
+        """All that is needed to go on to the same bits."""
+        u = self._underway
+        now = Continuation.at(self.state) if u is None else u.now
+        return {
+            "now": _stored(now),
+            "underway": None if u is None else {"origin": _stored_state(u.origin), "before": u.before, "keys": u.keys},
+            "balance": self.balance.state(),
+            "knots_before": self.knots_before,
+            "next_step": self.next_step,
+        }
+
+    @property
+    def inside(self) -> str:
+        """Name of the scene's step that is under way, or ""."""
+        return "" if self._underway is None else self._underway.step.name
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from a checkpoint.
+
+        Raises:
+            InputError: it is of an older version.
+        """
+        if "now" not in state:
+            raise InputError("the checkpoint is of an older version", expected="a new run")
+        self.knots_before, self.next_step = state["knots_before"], int(state["next_step"])
+        now = _restored(state["now"])
+        self.state, self.mapped = now.state, True
+        self.balance.restore(state["balance"])
+        underway = state["underway"]
+        if underway is not None:
+            step = self.scene.steps[self.next_step]
+            origin = _restored_state(underway["origin"])
+            self._underway = Underway(step, origin, underway["before"], now, underway["keys"])
+
+
+def _stored_state(state: State) -> dict[str, Any]:
+    history = {label: dict(arrays) for label, arrays in state.history.items()}
+    return {"x": state.x, "v": state.v, "a": state.a, "time": state.time, "history": history}
+
+
+def _restored_state(values: dict[str, Any]) -> State:
+    return State(**values)
+
+
+def _stored(now: Continuation) -> dict[str, Any]:
+    numbers = {key: value for key, value in vars(now).items() if key != "state"}
+    return {**numbers, "state": _stored_state(now.state)}
+
+
+def _restored(values: dict[str, Any]) -> Continuation:
+    numbers = dict(values)
+    return Continuation(_restored_state(numbers.pop("state")), **numbers)

@@ -1,0 +1,93 @@
+"""The three-dimensional run from whose state the rod model sets out: read once, then kept in the new run's folder."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from knotfem.errors import InputError
+from knotfem.geometry.frames import tangents
+from knotfem.models.rod.initial import SourceRod
+from knotfem.run.checkpoint import read_checkpoint
+from knotfem.run.directory import SOURCE, TIED, RunDirectory
+from knotfem.run.files import read_json, write_json
+from knotfem.scene.model import Scene
+
+
+def source_rods(scene: Scene, folder: Path | None = None) -> list[SourceRod]:
+    """The rods of the run that a scene names as its source, in the state that it names.
+
+    Args:
+        scene: with a source.
+        folder: of the run that sets out, which keeps what it has read and needs the source no more.
+
+    Raises:
+        InputError: no such run, it is not tied, of another model or of other rods or obstacles; or what was kept of it
+            is damaged.
+    """
+    if folder is None:
+        return _read(scene)
+    kept = folder / SOURCE
+    if not kept.exists():
+        rods = {rod.name: vars(left) for rod, left in zip(scene.rods, _read(scene), strict=True)}
+        write_json(kept, {"run": scene.tie.source, "state": scene.tie.source_state, "rods": rods})
+    try:
+        rods = read_json(kept)["rods"]
+        return [SourceRod(*(np.array(rods[rod.name][key]) for key in ("points", "frames"))) for rod in scene.rods]
+    except (KeyError, TypeError) as error:
+        raise InputError(f"damaged ({error})", file=kept, expected="the rods of another run") from None
+
+
+def _read(scene: Scene) -> list[SourceRod]:
+    source = RunDirectory.open(str(scene.tie.source))
+    if source.scene.model != "fem":
+        raise InputError("the source is a rod run", file=source.path, key="model", found="rod", expected="fem")
+    ours, theirs = _compared(scene), _compared(source.scene)
+    for key in [*ours, *theirs]:
+        found, expected = theirs.get(key, "none"), ours.get(key, "none")
+        if found != expected:
+            raise InputError("differs from the scene", file=source.path, key=key, found=found, expected=expected)
+    tied = source.checkpoints.named(TIED)
+    if tied is None:
+        raise InputError(
+            "not tied yet", file=source.path, expected="a run that knotfem tie or pull has brought that far"
+        )
+    from knotfem.models.solid.body import mesh_of
+
+    path = tied if scene.tie.source_state == "tied" else source.checkpoints.paths()[-1]
+    x = np.asarray(read_checkpoint(path).state["simulation"]["now"]["state"]["x"])
+    rods, first = [], 0
+    for rod in source.scene.rods:
+        mesh = mesh_of(rod)
+        rods.append(_framed(x[mesh.section_nodes + first], mesh.section.axis, mesh.nodes[mesh.section_nodes[0], 0]))
+        first += len(mesh.nodes)
+    return rods
+
+
+def _framed(sections: np.ndarray, axis: int, d1: np.ndarray) -> SourceRod:
+    """Axis and frames of sections, shape [sections, nodes a section, 3], of which d1 is the first coordinate."""
+    points = sections[:, axis]
+    t = tangents(points)
+    d = np.einsum("k,ski->si", d1, sections - points[:, None])
+    d -= np.einsum("si,si->s", d, t)[:, None] * t
+    d /= np.linalg.norm(d, axis=1)[:, None]
+    return SourceRod(points, np.stack([d, np.cross(t, d), t], axis=1))
+
+
+def _compared(scene: Scene) -> dict[str, str]:
+    """What the source and the scene must have in common, by key."""
+    material = {"youngs_modulus", "bulk_over_shear", "density"}
+    rod = {"name": True, "length": True, "diameter": True, "material": material, "core": True}
+    shared = {"rods": {"__all__": rod}, "obstacles": {"__all__": {"diameter", "point", "axis"}}}
+    return dict(_leaves(scene.model_dump(mode="json", include=shared, exclude_none=True)))
+
+
+def _leaves(value: Any, key: str = "") -> Iterator[tuple[str, str]]:
+    if not isinstance(value, dict | list):
+        yield key.removeprefix("."), str(value)
+        return
+    for part, item in value.items() if isinstance(value, dict) else enumerate(value):
+        yield from _leaves(item, f"{key}.{part}")
