@@ -1,4 +1,4 @@
-"""Checks that every effect must pass: tangent against residual, storage, frame indifference."""
+"""Checks that every term must pass: tangent against residual, storage, frame indifference."""
 
 from __future__ import annotations
 
@@ -19,41 +19,43 @@ def rotation(seed: int = 7) -> Array:
     return q * np.sign(np.linalg.det(q))
 
 
-def residual(effects: Sequence[Term], x: Array) -> Array:
-    """Residual of the last effect; all are updated in order first."""
-    for effect in effects:
-        effect.update(x)
+def residual(terms: Sequence[Term], x: Array) -> Array:
+    """Residual of the last term; all are updated in order first."""
+    for term in terms:
+        term.update(x)
     result = np.zeros_like(x)
-    for effect in effects[:-1]:
-        effect.assemble(x, np.zeros_like(x), None)
-    assert effects[-1].assemble(x, result, None)
+    for term in terms[:-1]:
+        term.assemble(x, np.zeros_like(x), None)
+    assert terms[-1].assemble(x, result, None)
     return result
 
 
-def tangent(effects: Sequence[Term], x: Array, *, upper: bool = False) -> Array:
-    """Dense tangent of the last effect, through the sparsity that its own keys give; all are updated first."""
-    for effect in effects:
-        effect.update(x)
+def tangent(terms: Sequence[Term], x: Array, *, upper: bool = False) -> Array:
+    """Dense tangent of the last term, through the sparsity that the couplings of all give; all are updated first."""
+    for term in terms:
+        term.update(x)
     count = len(x)
-    keys = [effect.couplings(count) for effect in effects]
+    couplings = [term.couplings(count) for term in terms]
     diagonal = np.arange(count) * (count + 1)
-    pattern = Pattern.from_keys(merge_keys(diagonal, *(k for k in keys if k is not None)), count, upper)
-    for effect in effects[:-1]:
-        effect.assemble(x, np.zeros_like(x), None)
-    effects[-1].allocate(pattern)
+    pattern = Pattern.from_keys(
+        merge_keys(diagonal, *(k for k in couplings if k is not None)), count, upper, x.shape[1]
+    )
+    for term in terms[:-1]:
+        term.assemble(x, np.zeros_like(x), None)
+    terms[-1].allocate(pattern)
     matrix = Matrix(pattern)
-    assert effects[-1].assemble(x, np.zeros_like(x), matrix), "the keys do not cover the tangent"
+    assert terms[-1].assemble(x, np.zeros_like(x), matrix), "the couplings do not cover the tangent"
     return matrix.to_scipy().toarray()
 
 
 def directional_error(
-    effects: Sequence[Term], x: Array, *, step: float = 1e-6, directions: int = 2, prepare: Callable | None = None
+    terms: Sequence[Term], x: Array, *, step: float = 1e-6, directions: int = 2, prepare: Callable | None = None
 ) -> float:
     """Largest deviation of the tangent from central differences of the residual, over the largest entry of the latter.
 
     `prepare` is called with the positions before each residual, for unknowns that follow them.
     """
-    matrix = tangent(effects, x)
+    matrix = tangent(terms, x)
     rng = np.random.default_rng(11)
     worst = 0.0
     for _ in range(directions):
@@ -63,9 +65,9 @@ def directional_error(
             y = x + sign * step * d
             if prepare is not None:
                 prepare(y)
-            sides.append(residual(effects, y))
+            sides.append(residual(terms, y))
         expected = (sides[0] - sides[1]) / (2.0 * step)
-        found = (matrix @ d.ravel()).reshape(-1, 3)
+        found = (matrix @ d.ravel()).reshape(x.shape)
         worst = max(worst, float(np.abs(found - expected).max() / np.abs(expected).max()))
     return worst
 

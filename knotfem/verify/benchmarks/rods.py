@@ -1,27 +1,35 @@
-"""Straight rods and solves of which the cases are made."""
+"""Straight rods, and solves of which the cases with closed forms are made."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from knotfem.contact.tube import Samples, Tubes, make_samples, make_tubes
+from knotfem.contact.samples import Samples
+from knotfem.contact.tube import make_samples, make_tubes
+from knotfem.contact.tube_pairs import TubeSurface
 from knotfem.mesh.make_section import section_of
 from knotfem.mesh.rod import RodMesh, extrude
 from knotfem.mesh.section import Section
-from knotfem.models.solid.core import Core
+from knotfem.models.solid.body import MERIT_AXIAL_STIFFNESS
 from knotfem.models.solid.elasticity import Elasticity
 from knotfem.models.solid.formulation import lumped_mass, make_formulation
+from knotfem.models.solid.material import NeoHooke
 from knotfem.scene.elements import ORDERS
 from knotfem.solver.constraints import Prescribed
-from knotfem.solver.nonlinear.newton import Iterations, NewtonSettings, solve
+from knotfem.solver.nonlinear.line_search import Armijo
+from knotfem.solver.nonlinear.newton import Newton, Solution
+from knotfem.solver.nonlinear.tolerance import ForceTolerance, Sections
 from knotfem.solver.schemes import Scheme
-from knotfem.solver.stepping.integrator import March, Progress, StepControl
+from knotfem.solver.state import Motion, State
+from knotfem.solver.stepping.controller import StepController
+from knotfem.solver.stepping.integrator import AcceptedStep, Continuation, integrate
 from knotfem.solver.system import System
-from knotfem.solver.term import Motion, StepStart, Term
+from knotfem.solver.term import Term
 from knotfem.sparse.linear import make_solver
+from knotfem.terms.axial import AxialStiffness
 from knotfem.tie.sweep import swept_state
 
 DENSITY = 1.16e-9
@@ -38,37 +46,49 @@ class Rod:
     """A straight rod along z, its nodes numbered from `first`.
 
     Attributes:
-        bending: E pi r^4 / 4, which the facetted section is scaled to have.
-        sections: nodes of each cross-section, shape [slices + 1, nodes a section].
+        mesh: in its own numbering.
+        first: number of its first node.
+        bulk: its hexahedra.
+        core: its truss, or None.
+        density: [tonne/mm^3].
+        bending: E pi r^4 / 4 [N mm^2], to which the facetted section is scaled.
     """
 
     mesh: RodMesh
     first: int
     bulk: Elasticity
-    core: Core | None
+    core: AxialStiffness | None
     density: float
     bending: float
 
     @property
-    def effects(self) -> list[Term]:
+    def terms(self) -> list[Term]:
+        """Bulk and core."""
         return [self.bulk] if self.core is None else [self.bulk, self.core]
 
     @property
     def sections(self) -> np.ndarray:
+        """Nodes of each cross-section, shape [slices + 1, nodes of a section]."""
         return self.mesh.section_nodes + self.first
 
     @property
     def axis(self) -> np.ndarray:
+        """Nodes on the centreline, shape [slices + 1]."""
         return self.mesh.axis_nodes + self.first
 
     @property
-    def section_index(self) -> np.ndarray:
-        """Cross-section of each node, see `newton.out_of_balance`."""
+    def edges(self) -> np.ndarray:
+        """Nodes of the centreline's edges, shape [slices, 2]."""
+        return np.stack([self.axis[:-1], self.axis[1:]], axis=1)
+
+    @property
+    def section_of_node(self) -> np.ndarray:
+        """Cross-section of each node, counted from the start of this rod, shape [nodes of this rod]."""
         return np.repeat(np.arange(self.mesh.slices + 1), self.mesh.section_nodes.shape[1])
 
     @property
     def points(self) -> np.ndarray:
-        """Nodes of the section [mm], shape [nodes a section, 2]."""
+        """Nodes of the section [mm], shape [nodes of a section, 2]."""
         return self.mesh.nodes[: len(self.mesh.section.points), :2]
 
     @property
@@ -90,10 +110,10 @@ class Rod:
 
     @property
     def end_weights(self) -> np.ndarray:
-        """Share of each node of a section in a uniform traction."""
-        share = lumped_mass(self.bulk.elements[:1] - self.first, self.bulk.formulation, 1.0, len(self.mesh.nodes))
-        share = share[: len(self.points)]
-        return share / share.sum()
+        """Fraction of a uniform traction on each node of a section, shape [nodes of a section]."""
+        weights = lumped_mass(self.bulk.elements[:1] - self.first, self.bulk.formulation, 1.0, len(self.mesh.nodes))
+        weights = weights[: len(self.points)]
+        return weights / weights.sum()
 
     def couple_weights(self, axis: int) -> np.ndarray:
         """Weights, proportional to a section coordinate, of axial forces that make a unit moment about the other."""
@@ -115,18 +135,53 @@ def make_rod(
     first: int = 0,
     match_bending: bool = True,
 ) -> Rod:
+    """A straight rod of neo-Hookean hexahedra.
+
+    Args:
+        length: [mm].
+        slices: layers of elements along it.
+        section: cross-section, or the number of its quadrilaterals.
+        radius: [mm].
+        youngs: E [MPa].
+        poisson: Poisson's ratio.
+        element: one of `knotfem.scene.elements.ORDERS`.
+        core_stiffness: EA of the core [N]; 0 for none.
+        density: [tonne/mm^3].
+        first: number of its first node.
+        match_bending: whether the facetted section is scaled to the circle's bending stiffness.
+    """
     shape = section_of(section, ORDERS[element]) if isinstance(section, int) else section
     mesh = extrude(shape, radius, length, slices, match_bending=match_bending)
     points = mesh.nodes[: len(shape.points), :2]
     form = make_formulation(element, points[shape.quads], mesh.span * mesh.element_length)
-    elements = mesh.layers + first
-    core = Core(mesh.core + first, mesh.element_length, core_stiffness) if core_stiffness > 0.0 else None
-    bending = youngs * np.pi * radius**4 / 4.0
-    return Rod(mesh, first, Elasticity(elements, form, *moduli(youngs, poisson)), core, density, bending)
+    shear, bulk_modulus = moduli(youngs, poisson)
+    bulk = Elasticity(mesh.layers + first, form, NeoHooke(shear), bulk_modulus)
+    core = make_core(mesh.core + first, mesh.element_length, core_stiffness) if core_stiffness > 0.0 else None
+    return Rod(mesh, first, bulk, core, density, youngs * np.pi * radius**4 / 4.0)
 
 
-def surfaces(rods: Sequence[Rod], spacing: float) -> tuple[Tubes, Samples]:
-    """Smooth surfaces of rods and samples on them."""
+def make_core(edges: np.ndarray, length: float, stiffness: float) -> AxialStiffness:
+    """A truss core as in the rods of a scene.
+
+    Args:
+        edges: nodes of each edge, shape [edges, 2].
+        length: of each when free of stress [mm].
+        stiffness: EA [N].
+    """
+    same = np.ones(len(edges))
+    return AxialStiffness("core", edges, length * same, stiffness * same, MERIT_AXIAL_STIFFNESS * same, 3)
+
+
+def cross_sections(*rods: Rod) -> Sections:
+    """Cross-sections over which resultants are summed, of rods numbered one behind the other."""
+    counts = [rod.mesh.slices + 1 for rod in rods]
+    first = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.int64)
+    of_node = [start + rod.section_of_node for start, rod in zip(first, rods, strict=True)]
+    return Sections(np.concatenate(of_node), first)
+
+
+def surfaces(rods: Sequence[Rod], spacing: float) -> tuple[TubeSurface, Samples]:
+    """Smooth surface of rods, and samples on it no further apart than `spacing` [mm]."""
     tubes = make_tubes(
         [rod.mesh.ring_nodes + rod.first for rod in rods],
         [rod.axis for rod in rods],
@@ -134,55 +189,74 @@ def surfaces(rods: Sequence[Rod], spacing: float) -> tuple[Tubes, Samples]:
         [rod.mesh.radius for rod in rods],
         [rod.mesh.radius * rod.mesh.node_scale for rod in rods],
     )
-    return tubes, make_samples(tubes, spacing)
+    return TubeSurface(tubes), make_samples(tubes, spacing)
+
+
+def at_rest(x: np.ndarray, time: float = 0.0) -> State:
+    """At x without velocity; all terms begin anew."""
+    return State.of(Motion.at_rest(x, time), {})
 
 
 def static(
-    effects: Sequence[Term],
+    terms: Sequence[Term],
     x: np.ndarray,
     prescribed: Sequence[Prescribed],
-    sections: np.ndarray,
+    sections: Sections,
     *,
     time: float = 1.0,
     tolerance: float = 1e-9,
     linear: str = "auto",
-) -> tuple[np.ndarray, System, Iterations]:
-    """Equilibrium nearest to x."""
-    system = System(effects, len(x), make_solver(linear), Scheme(), prescribed)
-    start = StepStart(Motion.at_rest(x), time)
-    system.begin(start)
-    settings = NewtonSettings(
-        force_tolerance=tolerance, resultant_tolerance=100.0 * tolerance, largest_move=100.0, endgame_move=5.0
-    )
-    x, took = solve(system, x, start, settings, sections)
-    return x, system, took
+) -> tuple[np.ndarray, System, Solution]:
+    """Equilibrium nearest to x at a time [s], with a tolerance on nodes [N]."""
+    system = System(terms, len(x), make_solver(linear), Scheme(), prescribed)
+    step = system.begin(at_rest(x), time)
+    newton = Newton(ForceTolerance(tolerance, 100.0 * tolerance), Armijo(whole_below=5.0), largest_move=100.0)
+    solution = newton.solve(system, x, step, sections)
+    return solution.x, system, solution
 
 
-def march(
+def accepted_steps(
     system: System,
-    motion: Motion,
-    sections: np.ndarray,
-    stops: Sequence[float],
+    state: State,
+    sections: Sections,
+    output_times: Sequence[float],
     *,
     first: float,
     largest: float | None = None,
     move: float = 5.0,
-    settings: NewtonSettings | None = None,
-) -> March:
-    """Steps from a motion to the last of the stops."""
-    control = StepControl(first=first, smallest=1e-6 * first, largest=largest or stops[-1], move=move)
-    return March(system, Progress.at(motion), control, settings or NewtonSettings(), sections, np.array(stops))
+    newton: Newton | None = None,
+) -> Iterator[AcceptedStep]:
+    """Accepted steps from a state to the last of the output times.
+
+    Args:
+        system: equations.
+        state: where to set out.
+        sections: over which resultants are summed.
+        output_times: ascending [s].
+        first: length of the first step [s].
+        largest: longest step [s]; by default the last output time.
+        move: of a node in a step that is aimed at [mm].
+        newton: solver of a step.
+    """
+    controller = StepController(first, smallest=1e-6 * first, largest=largest or output_times[-1], move=move)
+    start = Continuation.at(state)
+    return integrate(system, start, controller, newton or Newton(), sections, np.array(output_times))
 
 
-def arrive(steps: March) -> np.ndarray:
-    """Take all steps of a march; positions at its end [mm], shape [nodes, 3]."""
-    for _ in steps:
-        pass
-    return steps.progress.motion.x
+def final_state(steps: Iterable[AcceptedStep]) -> State:
+    """Take all steps; the state at their end."""
+    state = None
+    for step in steps:
+        state = step.state
+    assert state is not None, "no output time lies ahead"
+    return state
 
 
-WHOLE_STEPS = NewtonSettings(
-    force_tolerance=1e-8, resultant_tolerance=1e-7, largest_move=1000.0, endgame_move=1000.0, max_iterations=25
+WHOLE_STEPS = Newton(
+    ForceTolerance(node=1e-8, resultant=1e-7),
+    Armijo(whole_below=1000.0),
+    max_iterations=25,
+    largest_move=1000.0,
 )
 """For slender rods without contact: Newton steps as they come."""
 
