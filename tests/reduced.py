@@ -1,27 +1,48 @@
-"""Small reduced models and checks that the tests of the rod model share."""
+"""Small sets of discrete rods and checks of their terms that many tests share."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeVar, cast
 
 import numpy as np
 
-from knotfem.contact.curve_contact import hertz_line_stiffness
-from knotfem.models.rod.ends import End
-from knotfem.models.rod.model import RodModel, Side
-from knotfem.models.rod.spec import ContactSpec, RodSpec
-from knotfem.solver.nonlinear.newton import NewtonSettings
-from knotfem.solver.schemes import Scheme
-from knotfem.solver.stepping.integrator import StepControl
-from knotfem.solver.term import Motion, StepStart, Term
-from knotfem.sparse.pattern import Matrix
-from knotfem.sparse.rod_pattern import RodPattern
+from knotfem.contact.collect import contact_report
+from knotfem.contact.curve_pairs import hertz_line_stiffness
+from knotfem.contact.friction import Friction
+from knotfem.contact.obstacle import ObstacleContact
+from knotfem.contact.pairs import PairContact
+from knotfem.contact.report import ContactReport
+from knotfem.contact.rigid import make_cylinder
+from knotfem.energy.balance import EnergyBalance, StepFigures
+from knotfem.energy.energies import Energies
+from knotfem.geometry.finite_rotation import rotate, smallest_rotation
+from knotfem.geometry.frames import tangents
+from knotfem.models.base import Equations, Model
+from knotfem.models.rod.assembly import DiscreteRods
+from knotfem.models.rod.initial import EndFrame
+from knotfem.models.rod.spec import ContactSpec, ObstacleSpec, RodSpec
+from knotfem.solver.constraints import Clamp, Prescribed
+from knotfem.solver.nonlinear.line_search import Armijo
+from knotfem.solver.nonlinear.newton import Newton
+from knotfem.solver.nonlinear.tolerance import ForceTolerance, Sections
+from knotfem.solver.schemes import BackwardEuler, Scheme
+from knotfem.solver.state import Motion, State
+from knotfem.solver.stepping.controller import StepController
+from knotfem.solver.stepping.integrator import AcceptedStep, Continuation, integrate
+from knotfem.solver.system import System
+from knotfem.solver.term import Conditions, Role, Term, TimeStep
+from knotfem.sparse.pattern import Matrix, Pattern
+from knotfem.terms.load import EndForce, FollowingForce
+from knotfem.types import Array, History, VectorHistory
 
 YOUNGS, RADIUS = 1.425, 3.0
 BENDING, TWISTING = YOUNGS * np.pi * RADIUS**4 / 4.0, YOUNGS * np.pi * RADIUS**4 / 6.0
 MASS = 1.16e-9 * np.pi * RADIUS**2
 RUBBER = hertz_line_stiffness(YOUNGS, 0.5)
-Array = np.ndarray
+SIDES = ("start", "end")
+Kind = TypeVar("Kind", bound=Term)
 
 
 def line(segments: int, length: float, axis: int = 0) -> Array:
@@ -37,14 +58,264 @@ def spec(points: Array, **changed) -> RodSpec:
     return RodSpec(points, **{**values, **changed})
 
 
-def contact(friction: float | Array = 0.0, stiffness: float = RUBBER, **changed) -> ContactSpec:
+def contact(friction: float | Array = 0.0, stiffness: float = RUBBER) -> ContactSpec:
     """Contact by Hertz's law in the default resolution."""
-    return ContactSpec(stiffness, friction, ramp=RADIUS / 30.0, sample_spacing=RADIUS / 4.0, **changed)
+    return ContactSpec(stiffness, friction, ramp=RADIUS / 30.0, sample_spacing=RADIUS / 4.0)
 
 
-def still(points: Array, **changed) -> RodModel:
+def peg(place: Sequence[float], axis: Sequence[float], radius: float, friction: float) -> ObstacleSpec:
+    """A rigid cylinder."""
+    return ObstacleSpec(make_cylinder(np.array(place), np.array(axis), radius), friction)
+
+
+@dataclass(frozen=True, eq=False)
+class End:
+    """What happens to an end in a phase."""
+
+    prescribed: Sequence[Prescribed] = ()
+    clamps: Sequence[Clamp] = ()
+    loads: Sequence[Term] = ()
+
+
+class Rods:
+    """Discrete rods that go through phases one after the other, and their energy balance.
+
+    Ends that are not mentioned in a phase are free. Before the first phase they are clamped as their curve lies.
+
+    Args:
+        rods, contact, obstacles, gravity, drag: see `DiscreteRods`.
+        scheme: time integration; backward Euler unless given.
+
+    Attributes:
+        discrete: rods and their terms.
+        sections: each node is one.
+        balance: of energy since the first phase began.
+        now: how to go on, with the accepted state.
+        system: of the present phase.
+        figures: of the last accepted step.
+    """
+
+    system: System
+    figures: StepFigures
+
+    def __init__(
+        self,
+        rods: Sequence[RodSpec],
+        contact: ContactSpec | None = None,
+        obstacles: Sequence[ObstacleSpec] = (),
+        *,
+        gravity: Array | None = None,
+        drag: float | None = None,
+        scheme: Scheme | None = None,
+    ) -> None:
+        self.scheme = BackwardEuler() if scheme is None else scheme
+        self.discrete = DiscreteRods(rods, contact, obstacles, gravity, drag, inertia=self.scheme.inertial)
+        self.layout, self.terms = self.discrete.layout, self.discrete.terms
+        self.sections = Sections(self.layout.sections, self.layout.first[:-1])
+        self.balance = EnergyBalance(cast(Model, self))
+        self.clamp_couples = self.discrete.clamp_couples
+        self.now = Continuation.at(self._initial(rods))
+        self._equations: Equations | None = None
+
+    def _initial(self, rods: Sequence[RodSpec]) -> State:
+        state, clamps = self.discrete.initial, []
+        across = self.discrete.frames.material(state.x)
+        for number, rod in enumerate(rods):
+            nodes, t = self.layout.of(number), tangents(rod.points)[[0, -1]]
+            ends = ((nodes.start, nodes.start, t[0]), (nodes.stop - 1, nodes.stop - 2, t[1]))
+            for node, edge, tangent in ends:
+                along = state.x[edge + 1, :3] - state.x[edge, :3]
+                carried = smallest_rotation(along / np.linalg.norm(along), tangent).apply(across[edge])
+                clamps.append(Clamp(node, lambda time, t=tangent, d=carried: (t, d)))
+        return self.discrete.clamped(state, clamps)
+
+    @property
+    def state(self) -> State:
+        """The accepted state."""
+        return self.now.state
+
+    @property
+    def x(self) -> Array:
+        """Its unknowns, shape [nodes, 4]."""
+        return self.state.x
+
+    @property
+    def time(self) -> float:
+        """Its time [s]."""
+        return self.state.time
+
+    @property
+    def energies(self) -> Energies:
+        """The energy balance so far."""
+        return self.balance.energies
+
+    def having(self, kind: type[Kind]) -> list[Kind]:
+        """Terms of a kind."""
+        return [term for term in self.terms if isinstance(term, kind)]
+
+    @property
+    def contact(self) -> PairContact:
+        """Between rods."""
+        (found,) = self.having(PairContact)
+        return found
+
+    @property
+    def friction(self) -> Friction:
+        """Between rods."""
+        (found,) = (term for term in self.having(Friction) if isinstance(term.contact, PairContact))
+        return found
+
+    @property
+    def obstacle(self) -> ObstacleContact:
+        """With the only obstacle."""
+        (found,) = self.having(ObstacleContact)
+        return found
+
+    @property
+    def obstacle_friction(self) -> Friction:
+        """On the only obstacle."""
+        (found,) = (term for term in self.having(Friction) if term.external)
+        return found
+
+    def centreline(self, rod: int = 0) -> Array:
+        """Nodes of a rod [mm], shape [n + 1, 3]."""
+        return self.x[self.layout.of(rod), :3]
+
+    def tension(self, rod: int = 0) -> Array:
+        """Axial force of each segment [N], shape [n]."""
+        return self.discrete.tension(self.x)[self.layout.rod[self.layout.edges] == rod]
+
+    def contacts(self) -> ContactReport:
+        """Where strands press on each other and on obstacles, as last assembled."""
+        return contact_report(self.terms)
+
+    @property
+    def penetration(self) -> float:
+        """Deepest penetration [mm]."""
+        touching = [*self.having(PairContact), *self.having(ObstacleContact)]
+        return max((term.penetration for term in touching), default=0.0)
+
+    def reaction(self, side: str, rod: int = 0) -> Array:
+        """Force of a support on an end at the end of the last accepted step [N], shape [3]."""
+        return np.array(self.balance.end_forces[f"{rod}.{side}"])
+
+    def node(self, side: str, rod: int = 0) -> int:
+        """Node of an end."""
+        nodes = self.layout.of(rod)
+        return nodes.start if side == "start" else nodes.stop - 1
+
+    def frame(self, side: str, rod: int = 0) -> EndFrame:
+        """Orientation of an end: that of its clamp, or of the rod itself where there is none."""
+        node, history = self.node(side, rod), self.state.history["frames-1"]
+        held = np.flatnonzero(history["clamped"] == node)
+        if held.size:
+            row = self.layout.nodes + int(held[0])
+            return EndFrame(history["tangent"][row], history["director"][row])
+        frames, edge = self.discrete.frames, node if side == "start" else node - 1
+        frames.load(history)
+        return EndFrame(frames.current(self.x)[0][edge], frames.material(self.x)[edge])
+
+    def placed(self, side: str, path: VectorHistory, rod: int = 0) -> End:
+        """An end that is at path(time) [mm], shape [3], and may turn."""
+        return End([Prescribed(np.array([self.node(side, rod)]), lambda time: path(time)[None], f"{rod}.{side}")])
+
+    def pinned(self, side: str, rod: int = 0) -> End:
+        """An end that is held and may turn."""
+        place = self.x[self.node(side, rod), :3].copy()
+        return self.placed(side, lambda time: place, rod)
+
+    def clamped(self, side: str, rod: int = 0) -> End:
+        """An end that is held in place and orientation."""
+        return self.turned(side, np.array([0.0, 0.0, 1.0]), lambda time: 0.0, rod)
+
+    def driven(self, side: str, direction: Array, path: History, rod: int = 0) -> End:
+        """A clamped end that is carried along a unit vector by path(time) [mm]."""
+        place = self.x[self.node(side, rod), :3].copy()
+        return replace(self.clamped(side, rod), prescribed=self.placed(side, lambda t: place + path(t) * direction, rod).prescribed)
+
+    def turned(self, side: str, axis: Array, angle: History, rod: int = 0, *, held: bool = True) -> End:
+        """An end that is turned about an axis through itself by angle(time) [rad]; its place is held or free."""
+        frame = self.frame(side, rod)
+
+        def orientation(time: float) -> tuple[Array, Array]:
+            turn = angle(time)
+            if turn == 0.0:
+                return frame.tangent, frame.director
+            return rotate(frame.tangent, axis, turn), rotate(frame.director, axis, turn)
+
+        clamps = [Clamp(self.node(side, rod), orientation)]
+        return End(self.pinned(side, rod).prescribed if held else (), clamps)
+
+    def loaded(self, side: str, force: VectorHistory, rod: int = 0) -> End:
+        """An end that bears a dead force [N], shape [3]."""
+        return End(loads=[EndForce(np.array([self.node(side, rod)]), np.ones(1), force)])
+
+    def followed(self, side: str, magnitude: History, rod: int = 0) -> End:
+        """An end that bears a force along its tangent [N], positive outwards."""
+        outer = self.node(side, rod)
+        inner = outer + 1 if side == "start" else outer - 1
+        return End(loads=[FollowingForce(np.array([outer]), np.ones(1), inner, outer, magnitude)])
+
+    def put(self, x: Array | None = None, v: Array | None = None, a: Array | None = None) -> None:
+        """Move to another state of motion, shape [nodes, 4] each; axial forces follow the positions."""
+        old, history = self.state, dict(self.state.history)
+        if x is not None:
+            history["stretch-1"] = {"force": self.discrete.stretch.tension(x)}
+        motion = (old.x if x is None else x, old.v if v is None else v, old.a if a is None else a)
+        self.now = Continuation.at(State(*motion, old.time, history))
+
+    def begin(
+        self, *ends: End, fixed: Array | None = None, friction: History | None = None, drag: float | None = None
+    ) -> None:
+        """Begin a phase.
+
+        Args:
+            ends: what happens to them.
+            fixed: unknowns that keep their values, boolean, shape [nodes, 4].
+            friction, drag: see `Conditions`.
+        """
+        if self._equations is not None:
+            self.system.close()
+        prescribed, clamps, loads = (
+            [one for end in ends for one in part(end)]
+            for part in (lambda e: e.prescribed, lambda e: e.clamps, lambda e: e.loads)
+        )
+        conditions = Conditions(friction, drag, clamps)
+        self.system = self.discrete.system(self.scheme, prescribed, loads=loads, conditions=conditions, fixed=fixed)
+        self.now = Continuation.at(self.discrete.clamped(self.state, clamps))
+        anew, supports = self._equations is None, {motion.label: motion.nodes for motion in prescribed}
+        self._equations = Equations(self.system, supports, ())
+        self.balance.begin(self._equations, self.state, anew=anew)
+
+    def steps(
+        self, controller: StepController, *output_times: float, newton: Newton | None = None
+    ) -> Iterator[AcceptedStep]:
+        """Yield accepted steps of the present phase up to the last of the output times [s]."""
+        assert self._equations is not None, "begin a phase first"
+        solver, times = self.newton() if newton is None else newton, np.array(output_times)
+        for accepted in integrate(self.system, self.now, controller, solver, self.sections, times):
+            self.now = accepted.after
+            self.figures = self.balance.update(self._equations, accepted, accepted.start)
+            yield accepted
+
+    def run(self, controller: StepController, *output_times: float, newton: Newton | None = None) -> int:
+        """Take all these steps; returns the iterations that they took."""
+        return sum(step.solution.iterations for step in self.steps(controller, *output_times, newton=newton))
+
+    def newton(self, tolerance: float | None = None) -> Newton:
+        """Newton's method in units of the thinnest rod; the tolerance is 1e-6 B/r^2 unless given [N]."""
+        scale = min(rod.bending / rod.radius**2 for rod in self.discrete.rods)
+        d = 2.0 * float(self.layout.radius.min())
+        return Newton(
+            tolerance=ForceTolerance.of(1e-6 * scale if tolerance is None else tolerance),
+            line_search=Armijo(whole_below=0.005 * d),
+            largest_move=0.25 * d,
+        )
+
+
+def still(points: Array, **changed) -> Rods:
     """One rod without inertia, drag and contact."""
-    return RodModel([spec(points, **changed)], scheme=Scheme())
+    return Rods([spec(points, **changed)], scheme=Scheme())
 
 
 def crossing(
@@ -56,7 +327,7 @@ def crossing(
     h: float = 2.0,
     turn: Array | None = None,
     **changed,
-) -> RodModel:
+) -> Rods:
     """Two straight rods that cross, the second on top and pressed in by `depth`."""
     s = (np.arange(segments + 1) - segments / 2) * h
     lower = np.stack([s + shift[0], 0 * s, 0 * s], axis=1)
@@ -64,114 +335,117 @@ def crossing(
         [np.cos(angle) * (s + shift[1]), np.sin(angle) * (s + shift[1]), 0 * s + 2 * RADIUS - depth], axis=1
     )
     Q = np.eye(3) if turn is None else turn
-    model = RodModel([spec(lower @ Q.T), spec(upper @ Q.T)], contact(**changed))
-    model.begin({})
+    return begun(Rods([spec(lower @ Q.T), spec(upper @ Q.T)], contact(**changed)))
+
+
+def begun(model: Rods, *ends: End) -> Rods:
+    """Rods with a first phase begun, so that their terms are those of the state."""
+    model.begin(*ends)
     return model
 
 
 def settle(
-    model: RodModel,
-    ends: Mapping[Side, End],
-    *,
+    model: Rods,
+    *ends: End,
     duration: float = 1.0,
     steps: int = 4,
     tolerance: float = 2e-8,
     move: float = 1e3,
-    frozen: Array | None = None,
+    fixed: Array | None = None,
 ) -> int:
-    """March through one phase in equal steps; returns the iterations taken."""
-    model.begin(ends, frozen)
+    """Go through one phase in equal steps; returns the iterations that they took."""
+    model.begin(*ends, fixed=fixed)
     dt = duration / steps
-    control = StepControl(first=dt, smallest=1e-4 * dt, largest=dt, move=move)
-    settings = NewtonSettings(tolerance, 10.0 * tolerance, 60, move, 0.03 if move < 1e3 else 1e3)
-    return sum(step.took.count for step in model.march(control, settings, [model.time + duration]))
+    newton = Newton(
+        tolerance=ForceTolerance.of(tolerance),
+        line_search=Armijo(whole_below=0.03 if move < 1e3 else 1e3),
+        max_iterations=60,
+        largest_move=move,
+    )
+    return model.run(StepController(dt, 1e-4 * dt, dt, move), model.time + duration, newton=newton)
 
 
-def stiffness(model: RodModel) -> Array:
-    """Dense tangent of the free unknowns at the present state."""
+def stiffness(model: Rods) -> Array:
+    """Dense tangent of the free unknowns in the accepted state."""
     system = model.system
-    assert system is not None
-    system.update(model.x)
-    system.begin(StepStart(model.progress.motion, 1e-9))
+    system.begin(model.state, 1e-9)
     free = ~system.fixed.ravel()
     return system.tangent(model.x)[1].to_scipy().toarray()[np.ix_(free, free)]
 
 
-def free_mass(model: RodModel) -> Array:
+def free_mass(model: Rods) -> Array:
     """Mass of the free unknowns."""
-    assert model.system is not None
-    return model.mass.ravel()[~model.system.fixed.ravel()]
+    return model.discrete.mass.ravel()[~model.system.fixed.ravel()]
 
 
-def begun(effects: Sequence[Term], x: Array) -> None:
-    """Effects at the start of a step from rest at x."""
-    for effect in effects:
-        effect.update(x)
-    for effect in effects:
-        effect.begin(StepStart(Motion.at_rest(x), 1.0))
+def static_forces(model: Rods) -> Array:
+    """Residual of all terms but inertia and resistances in the accepted state, shape [nodes, 4]."""
+    left_out = {label for label, term in model.system.labels.items() if term.role in (Role.INERTIA, Role.RESISTANCE)}
+    model.system.load(model.state)
+    model.system.update(model.x)
+    forces = model.system.forces(model.x)
+    return sum((force for label, force in forces.items() if label not in left_out), np.zeros_like(model.x))
 
 
-def residual(effects: Sequence[Term], x: Array) -> Array:
-    """Residual of the last effect; all are updated in order."""
-    for effect in effects:
-        effect.update(x)
+def begin(terms: Sequence[Term], x: Array, clamps: Sequence[Clamp] = ()) -> None:
+    """Let terms begin a step of one second from rest at x."""
+    for term in terms:
+        term.update(x)
+    for term in terms:
+        term.begin(TimeStep(Motion.at_rest(x), 1.0, conditions=Conditions(clamps=clamps)))
+
+
+def residual(terms: Sequence[Term], x: Array) -> Array:
+    """Residual of the last term; all are updated in order."""
+    for term in terms:
+        term.update(x)
     result = np.zeros_like(x)
-    assert effects[-1].assemble(x, result, None)
+    assert terms[-1].assemble(x, result, None)
     return result
 
 
-def tangent(effects: Sequence[Term], x: Array) -> Array:
-    """Dense tangent of the last effect through the sparsity of all."""
-    for effect in effects:
-        effect.update(x)
+def tangent(terms: Sequence[Term], x: Array) -> Array:
+    """Dense tangent of the last term through the sparsity of all."""
+    for term in terms:
+        term.update(x)
     count = len(x)
-    keys = [np.arange(count) * (count + 1)] + [k for e in effects if (k := e.couplings(count)) is not None]
-    matrix = Matrix(RodPattern.from_keys(np.unique(np.concatenate(keys)), count, False))
-    assert effects[-1].assemble(x, np.zeros_like(x), matrix), "the keys do not cover the tangent"
+    keys = [np.arange(count) * (count + 1)] + [k for t in terms if (k := t.couplings(count)) is not None]
+    matrix = Matrix(Pattern.from_keys(np.unique(np.concatenate(keys)), count, False, 4))
+    assert terms[-1].assemble(x, np.zeros_like(x), matrix), "the couplings do not cover the tangent"
     return matrix.to_scipy().toarray()
 
 
-def differences(effects: Sequence[Term], x: Array, step: float = 1e-6) -> Array:
+def differences(terms: Sequence[Term], x: Array, step: float = 1e-6) -> Array:
     """Central differences of the residual, column by column."""
-    columns = np.empty((x.size, x.size))
-    for k in range(x.size):
-        sides = []
-        for sign in (1.0, -1.0):
-            y = x.copy().ravel()
-            y[k] += sign * step
-            sides.append(residual(effects, y.reshape(x.shape)).ravel())
-        columns[:, k] = (sides[0] - sides[1]) / (2.0 * step)
-    return columns
+    return _differences(lambda y: residual(terms, y).ravel(), x, step)
 
 
-def tangent_error(effects: Sequence[Term], x: Array) -> float:
+def tangent_error(terms: Sequence[Term], x: Array) -> float:
     """Largest deviation of the tangent from central differences, over its largest entry."""
-    expected = differences(effects, x)
-    return float(np.abs(tangent(effects, x) - expected).max() / np.abs(expected).max())
+    expected = differences(terms, x)
+    return float(np.abs(tangent(terms, x) - expected).max() / np.abs(expected).max())
 
 
-def gradient_error(effects: Sequence[Term], x: Array, step: float = 1e-6) -> float:
-    """Largest deviation of the last effect's residual from central differences of its energy, relative."""
-    force = residual(effects, x)
-    slope = np.empty(x.size)
+def gradient_error(terms: Sequence[Term], x: Array, step: float = 1e-6) -> float:
+    """Largest deviation of the last term's residual from central differences of its energy, relative."""
+
+    def energy(y: Array) -> Array:
+        for term in terms:
+            term.update(y)
+        return np.array(terms[-1].energy(y))
+
+    force = residual(terms, x).ravel()
+    return float(np.abs(force - _differences(energy, x, step)).max() / np.abs(force).max())
+
+
+def _differences(function: Callable[[Array], Array], x: Array, step: float) -> Array:
+    columns = []
     for k in range(x.size):
-        sides = []
-        for sign in (1.0, -1.0):
-            y = x.copy().ravel()
-            y[k] += sign * step
-            y = y.reshape(x.shape)
-            for effect in effects:
-                effect.update(y)
-            sides.append(effects[-1].energy(y))
-        slope[k] = (sides[0] - sides[1]) / (2.0 * step)
-    return float(np.abs(force.ravel() - slope).max() / np.abs(force).max())
-
-
-def rotation(seed: int = 7) -> Array:
-    """A proper rotation far from the identity."""
-    q, r = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))
-    q *= np.sign(np.diag(r))
-    return q * np.sign(np.linalg.det(q))
+        move = np.zeros(x.size)
+        move[k] = step
+        ahead, behind = (function(x + sign * move.reshape(x.shape)) for sign in (1.0, -1.0))
+        columns.append((ahead - behind) / (2.0 * step))
+    return np.stack(columns, axis=-1)
 
 
 def order(errors: Sequence[float]) -> float:

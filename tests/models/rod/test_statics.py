@@ -2,14 +2,12 @@
 
 import numpy as np
 import pytest
-from reduced import BENDING, MASS, TWISTING, free_mass, line, order, settle, spec, stiffness, still
+from reduced import SIDES, BENDING, MASS, TWISTING, Rods, free_mass, line, order, settle, spec, stiffness, still
 
-from knotfem.energy.ledger import clamp_couples
-from knotfem.models.rod.ends import End, clamped, pinned, turned
-from knotfem.models.rod.model import RodModel
 from knotfem.solver.schemes import Scheme
 
 LENGTH = 100.0
+X = np.array([1.0, 0.0, 0.0])
 ELASTICA = {1.0: (0.46135, 0.05643, 0.30172), 5.0: (1.21537, 0.38763, 0.71379)}
 """Tip slope, shortening and sag under the dead tip load a = P L^2/EI (Bisshopp and Drucker 1945)."""
 
@@ -17,8 +15,7 @@ ELASTICA = {1.0: (0.46135, 0.05643, 0.30172), 5.0: (1.21537, 0.38763, 0.71379)}
 def elastica(a: float, segments: int) -> np.ndarray:
     model = still(line(segments, LENGTH))
     force = np.array([0.0, 0.0, -a * BENDING / LENGTH**2])
-    ends = {(0, "start"): clamped(model.end_frame(0, "start")), (0, "end"): End(force=lambda t: min(t, 1.0) * force)}
-    settle(model, ends)
+    settle(model, model.clamped("start"), model.loaded("end", lambda t: min(t, 1.0) * force))
     last = model.x[-1] - model.x[-2]
     return np.array([np.arctan2(-last[2], last[0]), 1.0 - model.x[-1, 0] / LENGTH, -model.x[-1, 2] / LENGTH])
 
@@ -34,23 +31,23 @@ def test_elastica(a):
 @pytest.mark.parametrize(("gamma", "sag"), [(1.0, 0.12347), (5.0, 0.49591), (10.0, 0.70020)])
 def test_heavy_cantilever(gamma, sag):
     length = (gamma * BENDING / (MASS * 9810.0)) ** (1 / 3)
-    model = RodModel([spec(line(80, length))], gravity=np.array([0.0, 0.0, -9810.0]), scheme=Scheme())
-    settle(model, {(0, "start"): clamped(model.end_frame(0, "start"))})
+    model = Rods([spec(line(80, length))], gravity=np.array([0.0, 0.0, -9810.0]), scheme=Scheme())
+    settle(model, model.clamped("start"))
     assert -model.x[-1, 2] / length == pytest.approx(sag, rel=1e-3)
 
 
 def test_roll_up():
     """An arc is exact in any number of segments: M = 2 pi B/L closes the circle."""
     model = still(line(12, LENGTH))
-    roll = turned(model.end_frame(0, "end"), np.array([0.0, 1.0, 0.0]), lambda t: -2.0 * np.pi * t, held=False)
-    settle(model, {(0, "start"): clamped(model.end_frame(0, "start")), (0, "end"): roll}, steps=10)
+    roll = model.turned("end", np.array([0.0, 1.0, 0.0]), lambda t: -2.0 * np.pi * t, held=False)
+    settle(model, model.clamped("start"), roll, steps=10)
     np.testing.assert_allclose(model.x[-1, :3], 0.0, atol=1e-6 * LENGTH)
-    couples = clamp_couples(model.system, model.frames, model.x)
+    couples = model.clamp_couples(model.x)
     np.testing.assert_allclose(couples[1], [0.0, -2.0 * np.pi * BENDING / LENGTH, 0.0], rtol=1e-6, atol=1e-6)
     np.testing.assert_allclose(couples.sum(axis=0), 0.0, atol=1e-6)
-    e = model.ledger.energies
-    assert e.bend == pytest.approx(2.0 * np.pi**2 * BENDING / LENGTH, rel=1e-6)
-    assert e.work == pytest.approx(e.bend, rel=1e-6)
+    bend = model.discrete.bend.energy(model.x)
+    assert bend == pytest.approx(2.0 * np.pi**2 * BENDING / LENGTH, rel=1e-6)
+    assert model.energies.work == pytest.approx(bend, rel=1e-6)
 
 
 def test_frequencies():
@@ -58,7 +55,7 @@ def test_frequencies():
 
     def found(segments):
         model = still(line(segments, LENGTH))
-        model.begin({(0, "start"): clamped(model.end_frame(0, "start"))})
+        model.begin(model.clamped("start"))
         root = np.sqrt(free_mass(model))
         K = stiffness(model) / np.outer(root, root)
         return np.sqrt(np.linalg.eigvalsh(K)[[0, 2]])
@@ -70,22 +67,21 @@ def test_frequencies():
 
 def test_torsional_frequency():
     model = still(line(40, LENGTH))
-    frozen = np.zeros((41, 4), dtype=bool)
-    frozen[:, :3] = True
-    model.begin({(0, "start"): clamped(model.end_frame(0, "start"))}, frozen)
+    fixed = np.zeros((41, 4), dtype=bool)
+    fixed[:, :3] = True
+    model.begin(model.clamped("start"), fixed=fixed)
     root = np.sqrt(free_mass(model))
     lowest = np.sqrt(np.linalg.eigvalsh(stiffness(model) / np.outer(root, root))[0])
     inertia = 0.5 * MASS * 3.0**2
     assert lowest == pytest.approx(0.5 * np.pi / LENGTH * np.sqrt(TWISTING / inertia), rel=1e-3)
 
 
-@pytest.mark.parametrize(("hold", "critical"), [(pinned, np.pi**2), (clamped, 4.0 * np.pi**2)])
+@pytest.mark.parametrize(("hold", "critical"), [(Rods.pinned, np.pi**2), (Rods.clamped, 4.0 * np.pi**2)])
 def test_euler_buckling(hold, critical):
     def lowest(load, segments=60, axial=1e6):
         model = still(line(segments, LENGTH), axial=axial)
-        model.x[:, 0] *= 1.0 - load / axial
-        model.begin({(0, side): hold(model.end_frame(0, side)) for side in ("start", "end")})
-        model.stretch.force = model.stretch.tension(model.x)
+        model.put(x=model.x * [1.0 - load / axial, 1.0, 1.0, 1.0])
+        model.begin(*(hold(model, side) for side in SIDES))
         moving = np.linalg.eigvalsh(stiffness(model))
         return moving[np.abs(moving) > 1e-8][0]
 
@@ -96,20 +92,19 @@ def test_euler_buckling(hold, critical):
 
 def test_uniform_torsion():
     model = still(line(10, LENGTH))
-    turn = turned(model.end_frame(0, "end"), np.array([1.0, 0.0, 0.0]), lambda t: 9.0 * t)
-    settle(model, {(0, "start"): clamped(model.end_frame(0, "start")), (0, "end"): turn}, steps=6)
-    np.testing.assert_allclose(model.twist.torque(model.x), 9.0 * TWISTING / LENGTH, rtol=1e-9)
-    np.testing.assert_allclose(model.twists(), 9.0 / LENGTH, rtol=1e-9)
-    assert model.ledger.energies.work == pytest.approx(0.5 * TWISTING * 81.0 / LENGTH, rel=1e-6)
+    settle(model, model.clamped("start"), model.turned("end", X, lambda t: 9.0 * t), steps=6)
+    frames = model.discrete.frames
+    np.testing.assert_allclose(model.discrete.torque(model.x), 9.0 * TWISTING / LENGTH, rtol=1e-9)
+    np.testing.assert_allclose(frames.twists(model.x) / frames.cell, 9.0 / LENGTH, rtol=1e-9)
+    assert model.energies.work == pytest.approx(0.5 * TWISTING * 81.0 / LENGTH, rel=1e-6)
 
 
 def test_stretch():
     model = still(line(10, LENGTH), axial=50.0)
-    pull = End(force=lambda t: np.array([5.0 * t, 0.0, 0.0]))
-    settle(model, {(0, "start"): pinned(model.end_frame(0, "start")), (0, "end"): pull})
+    settle(model, model.pinned("start"), model.loaded("end", lambda t: 5.0 * t * X))
     np.testing.assert_allclose(model.tension(), 5.0, rtol=1e-9)
     assert model.x[-1, 0] == pytest.approx(1.1 * LENGTH, rel=1e-9)
-    np.testing.assert_allclose(model.reaction(0, "start"), [-5.0, 0.0, 0.0], atol=1e-8)
+    np.testing.assert_allclose(model.reaction("start"), [-5.0, 0.0, 0.0], atol=1e-8)
 
 
 @pytest.mark.parametrize("ratio", [1.0, 1.5])
@@ -125,9 +120,8 @@ def test_twisted_ring_leaves_its_plane(ratio):
 
     def unstable(twist):
         model = still(points, radius=1.0, bending=1.0, twisting=1.0 / ratio, axial=40.0)
-        joint = turned(model.end_frame(0, "end"), np.array([1.0, 0.0, 0.0]), lambda t: twist * t)
-        ends = {(0, "start"): clamped(model.end_frame(0, "start")), (0, "end"): joint}
-        settle(model, ends, steps=int(twist / 2) + 1, tolerance=1e-10)
+        joint = model.turned("end", X, lambda t: twist * t)
+        settle(model, model.clamped("start"), joint, steps=int(twist / 2) + 1, tolerance=1e-10)
         centred = model.x[:, :3] - model.x[:, :3].mean(axis=0)
         assert np.linalg.svd(centred)[1][2] < 0.05 * R, "left its plane on the way"
         return np.linalg.eigvalsh(stiffness(model))[1] < -1e-9
@@ -143,9 +137,8 @@ def test_twisted_rod_buckles():
     def lowest(torque):
         model = still(line(60, LENGTH), axial=1e5)
         twist = torque * BENDING / TWISTING
-        turn = turned(model.end_frame(0, "end"), np.array([1.0, 0.0, 0.0]), lambda t: twist * t)
-        settle(model, {(0, "start"): clamped(model.end_frame(0, "start")), (0, "end"): turn}, steps=6)
-        np.testing.assert_allclose(model.twist.torque(model.x), torque * BENDING / LENGTH, rtol=1e-9)
+        settle(model, model.clamped("start"), model.turned("end", X, lambda t: twist * t), steps=6)
+        np.testing.assert_allclose(model.discrete.torque(model.x), torque * BENDING / LENGTH, rtol=1e-9)
         return np.linalg.eigvalsh(stiffness(model))[0]
 
     assert lowest(0.99 * critical) > 0.0
