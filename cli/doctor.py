@@ -22,7 +22,7 @@ def doctor(overrides: tuple[str, ...], quiet: bool, log_format: str) -> None:
       knotfem doctor
       knotfem doctor --set solver.linear=pardiso
     """
-    from knotfem.run.machine import describe, require
+    from knotfem.doctor import describe, require
     from knotfem.scene import load_scene
 
     require(load_scene("cantilever", overrides).solver)

@@ -14,7 +14,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-__version__ = "0.1.0"
+from knotfem.version import __version__
 
 if TYPE_CHECKING:
     from knotfem.api import compare, open_run, pull, resume, steps, tie
@@ -50,7 +50,7 @@ _PLACES = {
 
 __all__ = [
     "Foot", "InputError", "KnotLost", "KnotfemError", "NotConverged", "Obstacle", "RigidSurface", "Role", "Run",
-    "Scene", "Term", "TimeStep", "compare", "load_scene", "open_run", "pull", "resume", "steps", "tie",
+    "Scene", "Term", "TimeStep", "__version__", "compare", "load_scene", "open_run", "pull", "resume", "steps", "tie",
 ]  # fmt: skip
 
 

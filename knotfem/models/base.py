@@ -12,7 +12,8 @@ import numpy as np
 from knotfem.contact.report import ContactReport
 from knotfem.contact.rigid import RigidSurface
 from knotfem.models.centreline import Centreline
-from knotfem.models.solid.material import Material
+from knotfem.models.series import Fields, SeriesMesh
+from knotfem.models.material import Material
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import Rod
 from knotfem.scene.steps import Step
@@ -26,36 +27,6 @@ from knotfem.tie import CentrelinePath, make_path
 Row = dict[str, float | str]
 """A line of a table."""
 SIDES = ("start", "end")
-
-
-@dataclass(frozen=True, eq=False)
-class SeriesMesh:
-    """The mesh of a time series.
-
-    Attributes:
-        reference: places of its points [mm], shape [points, 3].
-        cells: points of each cell, shape [cells, 8 or 27] for hexahedra, [cells, 4] for quadrilaterals.
-        point_data: arrays on points that never change.
-    """
-
-    reference: np.ndarray
-    cells: np.ndarray
-    point_data: dict[str, np.ndarray]
-
-
-@dataclass(frozen=True, eq=False)
-class Fields:
-    """Fields of a state for the time series.
-
-    Attributes:
-        points: places [mm], shape [points, 3].
-        point_data: arrays on points.
-        cell_data: arrays on cells.
-    """
-
-    points: np.ndarray
-    point_data: dict[str, np.ndarray]
-    cell_data: dict[str, np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)

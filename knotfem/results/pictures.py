@@ -9,8 +9,7 @@ import numpy as np
 from knotfem.errors import InputError
 from knotfem.models.solid.body import mesh_of
 from knotfem.plot.render import Cylinder, polygons, render_mesh, surfaces_of
-from knotfem.results.run import Run
-from knotfem.results.states import RunState, StateFields
+from knotfem.results.fields import StateFields
 from knotfem.scene.model import Scene
 
 DIVERGING = "coolwarm"
@@ -25,11 +24,12 @@ COLOURS = {
 }
 
 
-def draw(state: RunState, out: Path, colour: str = "strain") -> None:
+def draw(fields: StateFields, scene: Scene, out: Path, colour: str = "strain") -> None:
     """Draw the rods in a stored state into a PNG file.
 
     Args:
-        state: of a run.
+        fields: of the state.
+        scene: of the run.
         out: file.
         colour: a key of `COLOURS`; curvature and twist are fields of the rod model only.
 
@@ -37,7 +37,6 @@ def draw(state: RunState, out: Path, colour: str = "strain") -> None:
         InputError: no such colour, or no such field in the state.
         MissingDependency: pyvista or an OpenGL library is absent.
     """
-    fields, scene = state.fields, state.scene
     scalars, label, colours = _scalars(fields, colour)
     render_mesh(
         fields.points,
@@ -52,11 +51,12 @@ def draw(state: RunState, out: Path, colour: str = "strain") -> None:
     )
 
 
-def show(state: RunState, colour: str = "strain") -> object:
+def show(fields: StateFields, scene: Scene, colour: str = "strain") -> object:
     """Show the rods in a stored state in a window, or in a notebook's output.
 
     Args:
-        state: of a run.
+        fields: of the state.
+        scene: of the run.
         colour: see `draw`.
 
     Returns:
@@ -64,7 +64,6 @@ def show(state: RunState, colour: str = "strain") -> object:
     """
     import pyvista as pv
 
-    fields, scene = state.fields, state.scene
     scalars, label, colours = _scalars(fields, colour)
     plotter = pv.Plotter()
     for surface in surfaces_of(fields.points, fields.cells, scalars, _rings(scene, len(fields.points))):
@@ -79,28 +78,6 @@ def show(state: RunState, colour: str = "strain") -> object:
         length = float(np.ptp(fields.points, axis=0).max())
         plotter.add_mesh(pv.Cylinder(o.point, o.axis, 0.5 * o.diameter, length), color="lightgrey")
     return plotter.show()
-
-
-def render(run: Run, out: Path, colour: str = "strain", at: float | None = None) -> None:
-    """Draw the rods of a run into a PNG file.
-
-    Args:
-        run: with stored states.
-        out: file.
-        colour: see `draw`.
-        at: stored displacement [mm], the nearest is taken; None for the last state.
-
-    Raises:
-        InputError: no state is stored, none near `at`, or no such field in it.
-    """
-    states = run.states
-    if not states:
-        raise InputError("no state is stored", file=run.path, expected="a run with output.fields = true")
-    chosen = states[-1]
-    if at is not None:
-        time, _ = run.stored.nearest(at)
-        chosen = min(states, key=lambda state: abs(state.time - time))
-    draw(chosen, out, colour)
 
 
 def _scalars(fields: StateFields, colour: str) -> tuple[np.ndarray | None, str, str]:

@@ -130,6 +130,22 @@ class Run:
         """Stored states with their fields, oldest first."""
         return self.data.states()
 
+    def state(self, at: float | str | None = None) -> RunState:
+        """The stored state with fields nearest to a displacement.
+
+        Args:
+            at: see `tension`.
+
+        Raises:
+            InputError: no state is stored, or none near it.
+        """
+        if not self.states:
+            raise InputError("no state is stored", file=self.path, expected="a run with output.fields = true")
+        if at is None:
+            return self.states[-1]
+        time, _ = self.stored.nearest(_length(at))
+        return min(self.states, key=lambda state: abs(state.time - time))
+
     @property
     def summary(self) -> dict[str, Any]:
         """Figures of the whole run, as in summary.json."""

@@ -8,30 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
+from knotfem.results.fields import StateFields
 from knotfem.run.directory import RunDirectory
 from knotfem.run.frames import read_frame, read_mesh, read_times
 from knotfem.run.memory import MemoryStore
 from knotfem.run.tables import read_table
 from knotfem.scene.model import Scene
-
-
-@dataclass(frozen=True, eq=False)
-class StateFields:
-    """Mesh and fields of a state.
-
-    Attributes:
-        points: places [mm], shape [points, 3].
-        reference: of the straight rods [mm], shape [points, 3].
-        cells: points of each cell, shape [cells, n].
-        point_data: arrays on points by name.
-        cell_data: arrays on cells by name.
-    """
-
-    points: np.ndarray
-    reference: np.ndarray
-    cells: np.ndarray
-    point_data: dict[str, np.ndarray]
-    cell_data: dict[str, np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,13 +46,13 @@ class RunState:
         """Draw the rods into a PNG file; see `knotfem.results.pictures.draw`."""
         from knotfem.results.pictures import draw
 
-        draw(self, Path(out), colour)
+        draw(self.fields, self.scene, Path(out), colour)
 
     def show(self, colour: str = "strain") -> object:
         """Show the rods in a window or a notebook; see `knotfem.results.pictures.show`."""
         from knotfem.results.pictures import show
 
-        return show(self, colour)
+        return show(self.fields, self.scene, colour)
 
 
 def disk_states(run: RunDirectory) -> Sequence[RunState]:

@@ -10,8 +10,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-import knotfem
 from knotfem.run.files import read_json, write_json
+from knotfem.version import __version__
 
 LIBRARIES = (
     "numpy",
@@ -32,7 +32,7 @@ LIBRARIES = (
 
 def library_versions() -> dict[str, str]:
     """Versions of Python and of the installed libraries that knotfem builds on."""
-    found = {"knotfem": knotfem.__version__, "python": platform.python_version()}
+    found = {"knotfem": __version__, "python": platform.python_version()}
     for library in LIBRARIES:
         try:
             found[library] = version(library)

@@ -13,7 +13,7 @@ import numpy as np
 from knotfem.energy.balance import StepFigures
 from knotfem.energy.energies import Energies
 from knotfem.models.base import Model
-from knotfem.run.machine import peak_memory_mb
+from knotfem.run.memory_use import peak_memory_mb
 from knotfem.run.monitor import Knots
 from knotfem.run.simulation import TimeStepDone
 from knotfem.solver.system import System

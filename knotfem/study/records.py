@@ -13,7 +13,7 @@ from typing import Any
 import knotfem
 from knotfem.errors import InputError
 from knotfem.run.files import cannot_write, read_json, write_json
-from knotfem.run.machine import usable_threads
+from knotfem.threads import usable_threads
 from knotfem.scene.model import Scene
 from knotfem.study.ladders import SIZED
 from knotfem.study.likeness import class_of, frictions_of, window_of

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from knotfem.errors import KnotfemError, Stopped
-from knotfem.run.machine import usable_threads
+from knotfem.threads import usable_threads
 from knotfem.scene.load import load_scene
 from knotfem.scene.model import Scene
 from knotfem.study.campaign import FAILURES, Campaign

@@ -233,7 +233,7 @@ def test_render(stand_in: Callable[..., None], tmp_path: Path) -> None:
 
 
 def test_doctor(stand_in: Callable[..., None], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("knotfem.run.machine.describe", lambda: {"threads": {"usable": 2}})
+    monkeypatch.setattr("knotfem.doctor.describe", lambda: {"threads": {"usable": 2}})
     assert call("doctor").stdout == "threads\n  usable  2\n"
     assert json.loads(call("doctor", "--log-format", "json").stdout) == {"threads": {"usable": 2}}
     assert call("doctor", "--quiet").output == ""

@@ -9,7 +9,7 @@ import pytest
 
 from knotfem.errors import MissingDependency
 from knotfem.plot import opengl
-from knotfem.run import machine
+from knotfem import doctor as machine
 from knotfem.scene.control import Solver
 from knotfem.sparse import linear
 

@@ -12,6 +12,7 @@ from typing import Any
 from knotfem.errors import MissingDependency
 from knotfem.run.provenance import library_versions
 from knotfem.scene.control import Solver
+from knotfem.threads import usable_threads
 
 
 def describe() -> dict[str, Any]:
@@ -31,32 +32,6 @@ def describe() -> dict[str, Any]:
         "pictures": _pictures(),
         "compiled kernels": _kernels(),
     }
-
-
-def usable_threads() -> int:
-    """Processors that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def default_threads() -> int:
-    """Threads of a solver that is not told how many: of the processors, no more than MKL or OpenMP are told to take."""
-    for name in ("MKL_NUM_THREADS", "OMP_NUM_THREADS"):
-        told = os.environ.get(name, "").partition(",")[0].strip()
-        if told.isdecimal() and int(told) > 0:
-            return min(int(told), usable_threads())
-    return usable_threads()
-
-
-def peak_memory_mb() -> float:
-    """Most memory that this process has held [MB]."""
-    if sys.platform == "win32":
-        import psutil
-
-        return psutil.Process().memory_info().peak_wset / 2**20
-    import resource
-
-    unit = 1 if sys.platform == "darwin" else 1024
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 2**20
 
 
 def require(solver: Solver) -> None:
