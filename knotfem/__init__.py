@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from knotfem.contact.rigid import Foot, RigidSurface
     from knotfem.errors import InputError, KnotfemError, KnotLost, NotConverged
     from knotfem.models.base import Obstacle
+    from knotfem.models.material import Material
     from knotfem.results.run import Run
     from knotfem.scene.load import load_scene
     from knotfem.scene.model import Scene
@@ -39,6 +40,7 @@ _PLACES = {
     "KnotLost": "knotfem.errors",
     "KnotfemError": "knotfem.errors",
     "NotConverged": "knotfem.errors",
+    "Material": "knotfem.models.material",
     "Obstacle": "knotfem.models.base",
     "Run": "knotfem.results.run",
     "Scene": "knotfem.scene.model",
@@ -49,7 +51,7 @@ _PLACES = {
 }
 
 __all__ = [
-    "Foot", "InputError", "KnotLost", "KnotfemError", "NotConverged", "Obstacle", "RigidSurface", "Role", "Run",
+    "Foot", "InputError", "KnotLost", "KnotfemError", "Material", "NotConverged", "Obstacle", "RigidSurface", "Role", "Run",
     "Scene", "Term", "TimeStep", "__version__", "compare", "load_scene", "open_run", "pull", "resume", "steps", "tie",
 ]  # fmt: skip
 
