@@ -1,9 +1,11 @@
+"""The smooth centreline of a discrete rod, and samples on it."""
+
 import numpy as np
 import pytest
 from reduced import line
 
-from knotfem.contact.curve import curve_point, hinge_share, make_samples, project, sample_points
-from knotfem.contact.tube import axial_basis
+from knotfem.contact.basis import axial_basis
+from knotfem.contact.curve import between_middles, curve_point, curve_room, make_samples, project
 from knotfem.mesh.rod_layout import make_layout
 
 
@@ -41,39 +43,36 @@ def test_projection_finds_the_point_below(zigzag, u):
     C = at(zigzag, u)
     across = np.cross(C[1], [0.3, 0.2, 1.0])
     p = C[0] + 0.2 * across / np.linalg.norm(across)
-    w, found, q = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
-    v, _, inside = project(zigzag, 0, 9, p, u + 0.3, w, found, q)
+    room = curve_room()
+    v, _, inside = project(zigzag, 0, 9, p, u + 0.3, room)
     assert inside
     assert v == pytest.approx(u, abs=1e-9)
-    assert np.linalg.norm(q) == pytest.approx(0.2, rel=1e-9)
+    assert np.linalg.norm(room.q) == pytest.approx(0.2, rel=1e-9)
 
 
 def test_projection_refuses_points_far_beyond_the_ends(zigzag):
-    w, C, q = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
-    assert not project(zigzag, 0, 9, np.array([25.0, 0.0, 0.0]), 7.0, w, C, q)[2]
+    assert not project(zigzag, 0, 9, np.array([25.0, 0.0, 0.0]), 7.0, curve_room())[2]
 
 
 def test_projection_refuses_the_far_side_of_a_bend():
     phi = np.arange(9) * 0.3
     x = np.stack([5 * np.cos(phi), 5 * np.sin(phi), 0 * phi], axis=1)
-    w, C, q = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
+    room = curve_room()
     beyond = -3.0 * np.array([np.cos(1.2), np.sin(1.2), 0.0])
-    _, _, inside = project(x, 0, 9, beyond, 4.0, w, C, q)
-    assert not inside or np.dot(q, C[2]) < np.dot(C[1], C[1])
+    _, _, inside = project(x, 0, 9, beyond, 4.0, room)
+    assert not inside or np.dot(room.q, room.C[2]) < np.dot(room.C[1], room.C[1])
 
 
 def test_samples_cover_the_rods_evenly():
     layout = make_layout([5, 7], [2.0, 1.5], [3.0, 2.0])
     s = make_samples(layout, 0.75)
     for rod, length in ((0, 10.0), (1, 10.5)):
-        assert s.length[s.rod == rod].sum() == pytest.approx(length)
+        assert s.view.measure[s.rod == rod].sum() == pytest.approx(length)
         steps = np.diff(s.u[s.rod == rod]) * layout.spacing[rod]
         assert steps.max() <= 0.75 + 1e-12
     x = np.concatenate([line(5, 10.0), line(7, 10.5)])
-    points = np.empty((s.u.size, 3))
-    sample_points(x, s.base, s.weights, points)
-    np.testing.assert_allclose(points[:, 0], s.u * layout.spacing[s.rod], atol=1e-12)
+    np.testing.assert_allclose(s.places(x)[:, 0], s.u * layout.spacing[s.rod], atol=1e-12)
 
 
-def test_hinge_share_goes_from_middle_to_middle():
-    assert [hinge_share(u, 3) for u in (3.0, 3.5, 4.0, 4.5, 5.0)] == [0.0, 0.0, 0.5, 1.0, 1.0]
+def test_a_point_goes_from_middle_to_middle():
+    assert [between_middles(u, 3) for u in (3.0, 3.5, 4.0, 4.5, 5.0)] == [0.0, 0.0, 0.5, 1.0, 1.0]

@@ -1,10 +1,11 @@
+"""Normal contact of discrete rods."""
+
 import numpy as np
 import pytest
-from reduced import RADIUS, YOUNGS, contact, crossing, line, rotation, spec
+from derivatives import rotation
+from reduced import RADIUS, YOUNGS, Rods, begun, contact, crossing, line, peg, spec
 
-from knotfem.contact.curve_contact import hertz_line_stiffness
-from knotfem.models.rod.model import RodModel
-from knotfem.models.rod.spec import CylinderSpec
+from knotfem.contact.curve_pairs import hertz_line_stiffness
 
 SHIFTS = [(a, b) for a in (0.0, 0.2, 0.375, 0.6) for b in (0.0, 0.2, 0.375)]
 
@@ -26,8 +27,7 @@ def test_crossed_strands_meet_by_hertz(approach, tolerance):
 def test_force_follows_the_line_stiffness_along_a_line_contact():
     s = line(20, 40.0)
     on_top = s + np.array([0.0, 0.0, 2 * RADIUS - 0.3])
-    model = RodModel([spec(s), spec(on_top)], contact())
-    model.begin({})
+    model = begun(Rods([spec(s), spec(on_top)], contact()))
     assert force_on(model, 1)[2] == pytest.approx(0.3 * hertz_line_stiffness(YOUNGS, 0.5) * 40.0, rel=0.02)
     c = model.contacts()
     assert c.normal_force.sum() == pytest.approx(force_on(model, 1)[2], rel=1e-9)
@@ -53,7 +53,7 @@ def test_no_ripple_as_a_strand_passes_over_nodes():
 
 @pytest.mark.parametrize("angle", [0.3, 1.0, np.pi / 2])
 def test_both_passes_carry_half_where_neither_strand_bends(angle):
-    np.testing.assert_allclose(crossing(0.3, angle=angle).contact.share, 0.5)
+    np.testing.assert_allclose(crossing(0.3, angle=angle).contact.pairs.weight, 0.5)
 
 
 def test_a_strand_round_another_carries_the_contact():
@@ -63,8 +63,7 @@ def test_a_strand_round_another_carries_the_contact():
     R = 2 * RADIUS - 0.2
     corner = R / np.cos(0.075)
     wrap = corner * np.stack([np.sin(phi), 0.01 * phi, np.cos(phi)], axis=1)
-    model = RodModel([spec(core), spec(wrap)], contact())
-    model.begin({})
+    model = begun(Rods([spec(core), spec(wrap)], contact()))
     c = model.contacts()
     force = [c.normal_force[c.rod == rod].sum() for rod in (0, 1)]
     assert force[0] < 0.05 * force[1]
@@ -74,8 +73,7 @@ def test_a_strand_round_another_carries_the_contact():
 def test_neighbours_along_a_strand_do_not_touch():
     phi = np.linspace(0.0, 3.0, 31)
     hairpin = RADIUS * 1.05 * np.stack([np.sin(phi), np.cos(phi), 0 * phi], axis=1)
-    model = RodModel([spec(hairpin)], contact())
-    model.begin({})
+    model = begun(Rods([spec(hairpin)], contact()))
     assert model.contacts().rod.size == 0
 
 
@@ -83,8 +81,7 @@ def test_a_rod_finds_all_strands_that_it_touches():
     """A rod lying between two others has two contacts a sample."""
     middle = line(10, 20.0)
     gap = np.array([0.0, 2 * RADIUS - 0.1, 0.0])
-    model = RodModel([spec(middle), spec(middle + gap), spec(middle - gap)], contact())
-    model.begin({})
+    model = begun(Rods([spec(middle), spec(middle + gap), spec(middle - gap)], contact()))
     c = model.contacts()
     own = c.rod == 0
     assert set(c.other[own]) == {1, 2}
@@ -93,9 +90,7 @@ def test_a_rod_finds_all_strands_that_it_touches():
 
 def test_rod_on_a_cylinder():
     s = line(20, 40.0)
-    spec_of = CylinderSpec(np.array([20.0, 0.0, -RADIUS - 9.8]), np.array([2.0, 0.0, 0.0]), 10.0, 0.0)
-    model = RodModel([spec(s)], contact(), [spec_of])
-    model.begin({})
+    model = begun(Rods([spec(s)], contact(), [peg([20.0, 0.0, -RADIUS - 9.8], [2.0, 0.0, 0.0], 10.0, 0.0)]))
     c = model.contacts()
     assert set(c.other) == {-1}
     assert model.penetration == pytest.approx(0.2)
@@ -106,12 +101,11 @@ def test_rod_on_a_cylinder():
 def test_penetration_is_not_that_of_a_curve_thought_on_beyond_an_end():
     """A strand across another's end, half a segment beyond it, where contact fades."""
     model = crossing(0.5, shift=(21.0, 0.0))
-    contact = model.contact
-    assert contact is not None
-    assert contact.gap.min() < -0.4
-    beyond = (contact.u < 0.0) | (contact.u > 20.0)
-    assert np.all(contact.gap[~beyond] > -0.4)
-    assert contact.penetration == pytest.approx(max(0.0, -contact.gap[~beyond].min()))
+    gap, u = model.contact.pairs.gap, model.contact.pairs.at[:, 0]
+    assert gap.min() < -0.4
+    beyond = (u < 0.0) | (u > 20.0)
+    assert np.all(gap[~beyond] > -0.4)
+    assert model.contact.penetration == pytest.approx(max(0.0, -gap[~beyond].min()))
     assert crossing(0.5).penetration == pytest.approx(0.5, rel=0.03)
 
 
@@ -119,7 +113,6 @@ def test_neighbours_are_sought_anew_by_the_length_of_a_move_whichever_way_it_poi
     for way in ([1.0, 0.0, 0.0], [1.0, 1.0, 1.0]):
         model = crossing(0.5)
         contact, x = model.contact, model.x.copy()
-        assert contact is not None
         before = contact.generation
         x[:, :3] += 0.16 * RADIUS * np.array(way) / np.linalg.norm(way)
         contact.update(x)
@@ -134,8 +127,6 @@ def test_a_bundle_may_have_more_neighbours_than_there_is_room_for_at_first():
     h = 2.0 * RADIUS
     places = [(i + 0.5 * j, np.sqrt(0.75) * j) for i in range(-2, 3) for j in range(-2, 3) if abs(i + j) <= 2]
     rods = [spec(line(5, 20.0) + h * np.array([0.0, a, b])) for a, b in places]
-    model = RodModel(rods, contact())
-    model.begin({})
-    assert model.contact is not None
+    model = begun(Rods(rods, contact()))
     assert len(rods) == 19
-    assert model.contact.pairs.shape[0] > 4 * model.contact.samples.u.size
+    assert model.contact.pairs.sample.size > 4 * model.contact.samples.count

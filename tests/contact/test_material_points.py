@@ -1,10 +1,12 @@
+"""Material points of discrete rods."""
+
 import numpy as np
 import pytest
-from reduced import rotation
+from derivatives import rotation
 
 from knotfem.contact import material_points as material
-from knotfem.contact.curve import hinge_share
-from knotfem.contact.tube import axial_basis
+from knotfem.contact.basis import axial_basis
+from knotfem.contact.curve import between_middles
 from knotfem.mesh.rod_layout import make_layout
 from knotfem.models.rod.frames import Frames
 
@@ -27,24 +29,23 @@ def bent():
 
 
 def point(frames, x, u, angle, radial, axial):
-    w = np.empty((3, 3))
+    w, room, view = np.empty((3, 3)), material.material_room(), frames.material_view
     first = axial_basis(u, NODES, w)
-    share = hinge_share(u, first)
-    V, L = material.workspace()
-    material.material_frame(x, first, share, frames.material_arrays, angle, V, L)
+    between, at = between_middles(u, first), np.array([angle, radial, axial])
+    material.material_frame(x, first, between, view, angle, room)
     S, G = np.empty(3), np.empty((3, 12))
-    material.material_point(x, first, w[0], radial, axial, V, S)
-    material.material_gradient(first, share, w[0], frames.per_radius, radial, axial, V, L, G)
-    return S, G, first, share, V, L
+    material.material_point(x, first, w[0], radial, axial, room, S)
+    material.material_gradient(first, between, w[0], view, at, room, G)
+    return S, G, first, between, room
 
 
 @pytest.mark.parametrize("u", PLACES)
 def test_gradient_and_second_derivatives(bent, u):
     frames, x = bent
     tau, args, step = np.array([0.3, -1.1, 0.7]), (u, 0.7, 2.5, 0.6), 1e-6
-    _, G, first, share, V, L = point(frames, x, *args)
+    _, G, first, between, room = point(frames, x, *args)
     H = np.empty((12, 12))
-    material.material_curvature(first, share, frames.material_arrays, 2.5, 0.6, V, L, tau, H, np.empty((16, 3)))
+    material.material_curvature(first, between, frames.material_view, np.array(args[1:]), room, tau, H)
     for k in range(12):
         ahead, behind = x.copy(), x.copy()
         ahead[first + k // 4, k % 4] += step
@@ -69,18 +70,18 @@ def test_a_rigid_motion_carries_the_point(bent, u):
     turned = x.copy()
     turned[:, :3] = x[:, :3] @ Q.T + [1.0, 2.0, 3.0]
     frames.commit(x)
-    frames.director0 = frames.director0 @ Q.T
-    frames.tangent0 = frames.tangent0 @ Q.T
+    view = frames.view
+    frames.view = view._replace(tangent=view.tangent @ Q.T, director=view.director @ Q.T)
     np.testing.assert_allclose(point(frames, turned, u, 0.7, 2.5, 0.6)[0], Q @ S + [1.0, 2.0, 3.0], atol=1e-12)
 
 
 @pytest.mark.parametrize("u", PLACES)
 def test_angle_of_a_direction_is_that_of_its_point(bent, u):
     frames, x = bent
-    S, _, first, share, V, L = point(frames, x, u, 0.7, 2.5, 0.0)
-    axis = point(frames, x, u, 0.7, 0.0, 0.0)[0]
-    found = material.material_angle(x, first, share, frames.material_arrays, S - axis, V, L)
-    assert found == pytest.approx(0.7, abs=1e-12)
+    S, _, first, between, room = point(frames, x, u, 0.7, 2.5, 0.0)
+    axis, found = point(frames, x, u, 0.7, 0.0, 0.0)[0], np.empty(3)
+    material.material_coordinates(x, first, between, frames.material_view, S - axis, room, found)
+    assert found == pytest.approx(np.array([0.7, 2.5, 0.0]), abs=1e-12)
 
 
 def test_accepting_a_state_moves_nothing(bent):
