@@ -12,8 +12,8 @@ import numpy as np
 from knotfem.contact.report import ContactReport
 from knotfem.contact.rigid import RigidSurface
 from knotfem.models.centreline import Centreline
-from knotfem.models.series import Fields, SeriesMesh
 from knotfem.models.material import Material
+from knotfem.models.series import Fields, SeriesMesh
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import Rod
 from knotfem.scene.steps import Step

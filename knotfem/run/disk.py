@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from knotfem.models.base import Fields, SeriesMesh
+from knotfem.models.series import Fields, SeriesMesh
 from knotfem.run.directory import RunDirectory
 from knotfem.run.tables import Table
 

@@ -7,8 +7,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from knotfem.models.base import Fields, Increment, Model, SeriesMesh
+from knotfem.models.base import Increment, Model
 from knotfem.models.contacts import CONTACT_COLUMNS, contact_rows
+from knotfem.models.series import Fields, SeriesMesh
 from knotfem.run.columns import (
     FORCE_COLUMNS,
     FORCE_EXTRA,

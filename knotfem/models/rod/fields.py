@@ -6,9 +6,9 @@ import numpy as np
 
 from knotfem.contact.report import ContactReport
 from knotfem.mesh.rod_layout import RodLayout
-from knotfem.models.base import Fields, SeriesMesh
 from knotfem.models.rod.assembly import DiscreteRods
 from knotfem.models.rod.profile import at_nodes
+from knotfem.models.series import Fields, SeriesMesh
 
 AROUND = 24
 """Points around a tube."""

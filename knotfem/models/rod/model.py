@@ -13,12 +13,10 @@ from knotfem.models.base import (
     Additions,
     EndNodes,
     Equations,
-    Fields,
     Increment,
     Model,
     RigidMotion,
     Row,
-    SeriesMesh,
 )
 from knotfem.models.conditions import conditions_of, make_scheme
 from knotfem.models.described import described
@@ -28,6 +26,7 @@ from knotfem.models.rod.build import coarse, make_rods
 from knotfem.models.rod.fields import tube_fields, tube_mesh
 from knotfem.models.rod.initial import EndFrame, SourceRod, initial_rods
 from knotfem.models.rod.profile import tension_rows, twist_rows
+from knotfem.models.series import Fields, SeriesMesh
 from knotfem.scene.model import Scene
 from knotfem.scene.steps import Step
 from knotfem.solver.constraints import Clamp, Prescribed

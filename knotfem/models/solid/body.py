@@ -16,9 +16,9 @@ from knotfem.mesh.rod import RodMesh, extrude
 from knotfem.mesh.section import Section
 from knotfem.models.base import EndNodes
 from knotfem.models.centreline import Centreline, centrelines_of
+from knotfem.models.material import Material, NeoHooke
 from knotfem.models.solid.elasticity import Elasticity
 from knotfem.models.solid.formulation import lumped_mass, make_formulation
-from knotfem.models.material import Material, NeoHooke
 from knotfem.scene.elements import ORDERS
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import Rod

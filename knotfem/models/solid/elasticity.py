@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from knotfem.models.material import Material, check_material
 from knotfem.models.solid import hexahedra
 from knotfem.models.solid.formulation import Formulation
 from knotfem.models.solid.incompatible import mode_increment
-from knotfem.models.solid.material import Material, check_material
 from knotfem.models.solid.potential import invariants, potential
 from knotfem.models.solid.views import CondensedView, ElementView, LawView, PlacesView, UnknownsView
 from knotfem.solver.term import Role, Term

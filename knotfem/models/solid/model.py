@@ -9,12 +9,13 @@ import numpy as np
 from knotfem.geometry.finite_rotation import rotate
 from knotfem.geometry.vectors import unit
 from knotfem.mesh.section import Section
-from knotfem.models.base import Additions, EndNodes, Equations, Fields, Increment, Model, RigidMotion, Row, SeriesMesh
+from knotfem.models.base import Additions, EndNodes, Equations, Increment, Model, RigidMotion, Row
 from knotfem.models.conditions import conditions_of, make_scheme
 from knotfem.models.described import described
 from knotfem.models.effects import absent_effects
 from knotfem.models.ends import ends_of
 from knotfem.models.newton import newton_of
+from knotfem.models.series import Fields, SeriesMesh
 from knotfem.models.solid.assembly import make_terms
 from knotfem.models.solid.body import SolidRod, build_body
 from knotfem.models.solid.fields import fields
