@@ -11,8 +11,12 @@ from curves import Curve, force_curve, sag_curve
 
 FLOOR = 0.05
 """Share of a table's largest value below which deviations are not relative to the value itself."""
-TOLERANCES = {"fem": 0.005, "rod": 0.01}
-"""Largest relative deviation of a model's short curves."""
+TOLERANCES = {"fem": 0.005, "rod": 0.003}
+"""Largest relative deviation of a model's short curves; that of a rod's is below what 3 % of twisting stiffness do."""
+WHOLE_TOLERANCES = {"fem": 0.005, "rod": 0.01}
+"""The same of whole ones, in which another rounding may lead to other steps."""
+WIDER = {"bowline-fem-whole": 0.015, "figure-eight-fem-whole": 0.01}
+"""Whole curves that other steps were measured to move by half of that or more, and how wide they are held instead."""
 
 
 @dataclass(frozen=True)
@@ -103,8 +107,8 @@ SHORT = [
     _sag("rod"),
     _short("rod", "bowline", 5.0, 1.0, _SPARSE, "steps.1.displacement=12 mm"),
     _short("rod", "overhand", 6.0, 1.0, _SPARSE, _SHORTER, "steps.1.displacement=10 mm"),
-    _short("rod", "figure-eight", 5.0, 0.5, _SPARSE, _SHORTER, "steps.1.displacement=8 mm"),
-    _short("rod", "clove-hitch", 5.0, 1.0, _SPARSE, "steps.1.displacement=10 mm"),
+    _short("rod", "figure-eight", 6.0, 0.5, _SPARSE, _SHORTER, "steps.1.displacement=10 mm"),
+    _short("rod", "clove-hitch", 5.0, 1.0, _SPARSE, *_LIVELY, "steps.1.displacement=8 mm"),
     _short("rod", "capstan", 5.0, 0.5, _SPARSE, "steps.2.displacement=5 mm"),
     _short("rod", "sheet-bend", 5.0, 1.0, _SPARSE, "steps.1.displacement=10 mm", _NO_RELEASE, rods=2),
     _sag("fem"),
@@ -121,7 +125,8 @@ SHORT = [
 def _whole(model: str, scene: str) -> Pin:
     overrides = (f"model={model}", "solver.threads=1")
     sag = scene == "cantilever"
-    return Pin(f"{scene}-{model}-whole", scene, overrides, TOLERANCES[model], 4.0 if sag else 3.0, sag=sag)
+    name = f"{scene}-{model}-whole"
+    return Pin(name, scene, overrides, WIDER.get(name, WHOLE_TOLERANCES[model]), 4.0 if sag else 3.0, sag=sag)
 
 
 SCENES = ("cantilever", "bowline", "overhand", "figure-eight", "clove-hitch", "capstan", "sheet-bend")

@@ -24,9 +24,11 @@ def main() -> None:
     """Run what is asked for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     pins = {pin.name: pin for pin in (*SHORT, *WHOLE)}
-    parser.add_argument("names", nargs="*", metavar="NAME", choices=[*pins, []])
+    parser.add_argument("names", nargs="*", metavar="NAME")
     parser.add_argument("--compare", action="store_true")
     asked = parser.parse_args()
+    if unknown := set(asked.names) - set(pins):
+        parser.error(f"no pin {', '.join(sorted(unknown))}; there are {', '.join(pins)}")
     numba.set_num_threads(1)
     for name in asked.names or [pin.name for pin in SHORT]:
         began = time.process_time()
