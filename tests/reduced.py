@@ -351,10 +351,10 @@ def settle(
     steps: int = 4,
     tolerance: float = 2e-8,
     move: float = 1e3,
-    fixed: Array | None = None,
+    **phase,
 ) -> int:
-    """Go through one phase in equal steps; returns the iterations that they took."""
-    model.begin(*ends, fixed=fixed)
+    """Go through one phase in equal steps, see `Rods.begin`; returns the iterations that they took."""
+    model.begin(*ends, **phase)
     dt = duration / steps
     newton = Newton(
         tolerance=ForceTolerance.of(tolerance),

@@ -144,6 +144,9 @@ class Friction(Term):
     def energy(self, x: np.ndarray) -> float:
         return self._kept
 
+    def dissipation(self) -> float | None:
+        return None if np.isnan(self._lost) else self._lost
+
     def history(self) -> Arrays:
         rows = {name: row.copy() for name, row in self._rows.items()} if self._remembers else {}
         return {**rows, "factor": np.array(self._factor), "kept": np.array(self._kept)}

@@ -1,35 +1,25 @@
+"""Friction between discrete rods."""
+
 import numpy as np
 import pytest
-from reduced import MASS, RADIUS, RUBBER, begun, contact, crossing, line, residual, settle, spec
+from reduced import MASS, RADIUS, RUBBER, Rods, begun, contact, crossing, line, settle, spec
 
-from knotfem.models.rod.model import RodModel
-from knotfem.solver.term import Motion, StepStart
-from knotfem.terms.inertia import Drag
-
-
-def rubbing(model):
-    return [model.frames, model.contact, model.friction]
+from knotfem.solver.stepping.integrator import Continuation
 
 
 def carried(model, x):
-    """Take an accepted step to x, whatever the forces; returns the friction on rod 1 at its end."""
-    effects = rubbing(model)
-    for effect in effects:
-        effect.update(model.x)
-    for effect in effects:
-        effect.begin(StepStart(model.progress.motion, 1.0))
-    residual(effects[:2], x)
-    f = residual(effects, x)
-    for effect in effects:
-        effect.commit(x)
-    model.progress.motion = Motion.at_rest(x)
+    """Take an accepted step of a second to x, whatever the forces; returns the friction on rod 1 at its end."""
+    step = model.system.begin(model.state, 1.0)
+    model.system.update(x)
+    f = model.system.forces(x)["friction-1"]
+    model.now = Continuation.at(model.system.commit(x, step))
     return -f[model.layout.of(1), :3].sum(axis=0)
 
 
-def moved(model, rod, by, spin=0.0):
+def moved(model, rod, by, rotation=0.0):
     x = model.x.copy()
     x[model.layout.of(rod), :3] += by
-    x[model.layout.of(rod), 3] += spin * model.layout.radius[rod]
+    x[model.layout.of(rod), 3] += rotation * model.layout.radius[rod]
     return x
 
 
@@ -54,9 +44,9 @@ def test_sliding_force_is_mu_n_against_the_motion(direction):
         way = np.array([*direction, 0.0])
         for _ in range(8):
             f = carried(model, moved(model, 1, step * way))
-        normal = model.contact.force.sum()
+        normal = model.contact.pairs.force.sum()
         np.testing.assert_allclose(f[:2], -mu * normal * way[:2], atol=0.02 * mu * normal)
-        assert model.friction.dissipated == pytest.approx(mu * normal * step, rel=0.03)
+        assert model.friction.dissipation() == pytest.approx(mu * normal * step, rel=0.03)
 
 
 def test_dissipation_is_never_negative():
@@ -64,16 +54,16 @@ def test_dissipation_is_never_negative():
     model = crossing(0.3, friction=0.3)
     for _ in range(60):
         carried(model, moved(model, 1, 0.1 * rng.normal(size=3) * [1.0, 1.0, 0.5], 0.05 * rng.normal()))
-        assert model.friction.dissipated >= 0.0
-        assert model.friction.kept >= 0.0
+        assert model.friction.dissipation() >= 0.0
+        assert model.friction.energy(model.x) >= 0.0
 
 
 def test_spinning_strand_rubs():
     """A strand that spins on the spot slides across its axis."""
     model = crossing(0.3, friction=0.3)
     for _ in range(6):
-        f = carried(model, moved(model, 1, np.zeros(3), spin=0.1))
-    normal = model.contact.force.sum()
+        f = carried(model, moved(model, 1, np.zeros(3), rotation=0.1))
+    normal = model.contact.pairs.force.sum()
     np.testing.assert_allclose(f, [0.3 * normal, 0.0, 0.0], atol=0.02 * normal)
 
 
@@ -88,8 +78,7 @@ def test_rolling_does_not_slip(step, radius):
     points = line(10, 20.0, axis=1)
     depth = RADIUS + radius - 0.2
     rods = [spec(points), spec(points + np.array([0.0, 0.0, depth]), radius=radius)]
-    model = RodModel(rods, contact(friction=0.3))
-    model.begin({})
+    model = begun(Rods(rods, contact(friction=0.3)))
     beta = 0.0
     for _ in range(int(1.0 / step)):
         beta += step
@@ -98,44 +87,44 @@ def test_rolling_does_not_slip(step, radius):
         x[model.layout.of(1), 3] += (1.0 + RADIUS / radius) * step * radius
         f = carried(model, x)
     stick = 0.3 * 0.2 * RUBBER / (2 / 3 * RUBBER)
-    slip = np.linalg.norm(model.friction.stored[model.contact.force > 0.0], axis=1).max()
+    slip = np.linalg.norm(model.friction.view.stored[model.contact.pairs.force > 0.0], axis=1).max()
     assert slip < 0.02 * stick
-    assert np.linalg.norm(f) < 0.02 * 0.3 * model.contact.force.sum()
+    assert np.linalg.norm(f) < 0.02 * 0.3 * model.contact.pairs.force.sum()
 
 
 def test_rigid_motion_does_not_slip():
     model = crossing(0.3, friction=0.3)
     carried(model, moved(model, 1, [0.02, 0.01, 0.0]))
-    before = model.friction.stored.copy()
+    before = model.friction.view.stored.copy()
     turned = model.x.copy()
     c, s = np.cos(0.4), np.sin(0.4)
     turned[:, :3] = model.x[:, :3] @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]).T + [1.0, 2.0, 3.0]
     carried(model, turned)
-    np.testing.assert_allclose(model.friction.stored, before, atol=1e-12)
+    np.testing.assert_allclose(model.friction.view.stored, before, atol=1e-12)
 
 
-def sleeper(slope, friction, *, drag, factor=None):
+def sleeper(slope, friction, *, drag):
     """A stiff rod along a slope, across two fixed ones, that does not roll; gravity leans by the slope."""
     angle, gravity = np.arctan(slope), 9810.0
     rods = [spec(line(40, 80.0) - np.array([40.0, 0.0, -2 * RADIUS]), bending=1e5)]
     rods += [spec(line(10, 20.0, axis=1) + np.array([x, -10.0, 0.0])) for x in (-20.0, 20.0)]
     lean = gravity * np.array([np.sin(angle), 0.0, -np.cos(angle)])
-    model = RodModel(rods, contact(friction, factor=factor), gravity=lean, drag=drag)
-    frozen = np.ones((model.layout.nodes, 4), dtype=bool)
-    frozen[model.layout.of(0), :3] = False
-    return model, frozen
+    model = Rods(rods, contact(friction), gravity=lean, drag=drag)
+    fixed = np.ones((model.layout.nodes, 4), dtype=bool)
+    fixed[model.layout.of(0), :3] = False
+    return model, fixed
 
 
 def hold(steps):
     """Drift in so many steps at 90 % of the limit, and the elastic slip [mm]."""
     mu = 0.3
-    model, frozen = sleeper(0.9 * mu, mu, drag=50.0)
-    settle(model, {}, duration=0.6, steps=300, tolerance=1e-8, frozen=frozen)
+    model, fixed = sleeper(0.9 * mu, mu, drag=50.0)
+    settle(model, duration=0.6, steps=300, tolerance=1e-8, fixed=fixed)
     before = model.x[:, :3].copy()
     c = model.contacts()
     assert np.sum(c.friction_force) / np.sum(c.normal_force) == pytest.approx(0.9 * mu, rel=0.02)
-    settle(model, {}, duration=0.001 * steps, steps=steps, tolerance=1e-8, frozen=frozen)
-    slip = np.linalg.norm(model.friction.stored, axis=1).max()
+    settle(model, duration=0.001 * steps, steps=steps, tolerance=1e-8, fixed=fixed)
+    slip = np.linalg.norm(model.friction.view.stored, axis=1).max()
     return np.abs(model.x[:, :3] - before).max(), slip
 
 
@@ -152,32 +141,29 @@ def test_a_sleeper_holds_ten_thousand_steps():
 
 def test_a_sleeper_slides_beyond_the_limit():
     mu, slope = 0.3, 0.5
-    model, frozen = sleeper(slope, mu, drag=100.0, factor=lambda time: 3.0 if time < 0.3 else 1.0)
-    settle(model, {}, duration=0.3, steps=100, tolerance=1e-8, frozen=frozen)
-    for effect in model.effects:
-        if isinstance(effect, Drag):
-            effect.rate = 0.0
+    model, fixed = sleeper(slope, mu, drag=100.0)
+    settle(model, duration=0.3, steps=100, tolerance=1e-8, fixed=fixed, friction=lambda time: 3.0 if time < 0.3 else 1.0)
     speeds, times = [], []
     for _ in range(12):
-        settle(model, {}, duration=0.005, steps=5, tolerance=1e-8, frozen=frozen)
+        settle(model, duration=0.005, steps=5, tolerance=1e-8, fixed=fixed, drag=0.0)
         times.append(model.time)
-        speeds.append(model.progress.motion.v[model.layout.of(0), 0].mean())
+        speeds.append(model.state.v[model.layout.of(0), 0].mean())
     angle = np.arctan(slope)
     expected = 9810.0 * (np.sin(angle) - mu * np.cos(angle))
     assert np.polyfit(times, speeds, 1)[0] == pytest.approx(expected, rel=0.01)
 
 
 def test_friction_follows_its_schedule():
-    model = RodModel(crossing(0.3).rods, contact(friction=0.4, factor=lambda time: 0.5 if time > 1.5 else 1.0))
-    model.begin({})
-    effects = rubbing(model)
-    begun(effects, model.x)
+    model = crossing(0.3, friction=0.4)
+    model.begin(friction=lambda time: 0.5 if time > 1.5 else 1.0)
+    step = model.system.begin(model.state, 1.0)
     np.testing.assert_allclose(model.friction.mu, 0.4)
-    model.friction.begin(StepStart(Motion.at_rest(model.x, 1.0), 1.0))
+    later = model.system.commit(model.x, step)
+    model.system.begin(later, 1.0)
     np.testing.assert_allclose(model.friction.mu, 0.2)
 
 
 def test_masses_are_those_of_the_rods():
     model, _ = sleeper(0.1, 0.3, drag=0.0)
-    assert model.mass[:, 0].sum() == pytest.approx(MASS * 120.0)
-    assert model.mass[:, 3].sum() == pytest.approx(0.5 * MASS * 120.0)
+    assert model.discrete.mass[:, 0].sum() == pytest.approx(MASS * 120.0)
+    assert model.discrete.mass[:, 3].sum() == pytest.approx(0.5 * MASS * 120.0)

@@ -1,11 +1,12 @@
+"""Discrete rods on a rigid cylinder."""
+
 import numpy as np
 import pytest
-from reduced import RADIUS, contact, line, spec
+from reduced import RADIUS, Rods, begun, contact, line, peg, spec
 
-from knotfem.models.rod.ends import End
-from knotfem.models.rod.model import RodModel
-from knotfem.models.rod.spec import ContactSpec, CylinderSpec
-from knotfem.solver.stepping.integrator import StepControl
+from knotfem.contact.friction import Friction
+from knotfem.models.rod.spec import ContactSpec
+from knotfem.solver.stepping.controller import StepController
 
 MU, CYLINDER = 0.33, 10.0
 DOWN = np.array([0.0, 0.0, -1.0])
@@ -26,14 +27,13 @@ def test_capstan_of_a_thick_rope(h):
     """ln T grows with the angle by Lambda, mu a Lambda^2 + Lambda = mu (1 - a), a = r/(R + r); a thin rope's by mu."""
     load, pull = 2.0, 1.0
     points, rho = rope(h, 20.0)
-    over = CylinderSpec(np.zeros(3), np.array([0.0, 1.0, 0.0]), CYLINDER, MU)
+    over = peg([0.0, 0.0, 0.0], [0.0, 1.0, 0.0], CYLINDER, MU)
     touch = ContactSpec(10.0, MU, ramp=0.1, sample_spacing=0.5)
-    model = RodModel([spec(points, bending=1.0, twisting=0.7, mass_per_length=1e-9)], touch, [over], drag=20.0)
+    model = Rods([spec(points, bending=1.0, twisting=0.7, mass_per_length=1e-9)], touch, [over], drag=20.0)
     place = points[0].copy()
-    held = End(place=lambda t: place + max(t - 0.2, 0.0) * 2.0 * pull * DOWN)
-    model.begin({(0, "start"): held, (0, "end"): End(force=lambda t: load * min(5.0 * t, 1.0) * DOWN)})
-    for _ in model.march(StepControl(0.05, 1e-6, 0.05, RADIUS), model.settings(2e-6), [0.2, 0.7]):
-        pass
+    pulled = model.placed("start", lambda t: place + max(t - 0.2, 0.0) * 2.0 * pull * DOWN)
+    model.begin(pulled, model.loaded("end", lambda t: load * min(5.0 * t, 1.0) * DOWN))
+    model.run(StepController(0.05, 1e-6, 0.05, RADIUS), 0.2, 0.7, newton=model.newton(2e-6))
     a = RADIUS / rho
     exponent = (np.sqrt(1.0 + 4.0 * MU**2 * a * (1.0 - a)) - 1.0) / (2.0 * MU * a)
     c = model.contacts()
@@ -44,46 +44,41 @@ def test_capstan_of_a_thick_rope(h):
     slope = -np.polyfit(-angle[inside], np.log(model.tension()[inside]), 1)[0]
     assert np.all(c.slides)
     assert slope == pytest.approx(exponent, rel=0.01)
-    assert np.linalg.norm(model.reaction(0, "start")) / load == pytest.approx(np.exp(np.pi * exponent), rel=0.01)
+    assert np.linalg.norm(model.reaction("start")) / load == pytest.approx(np.exp(np.pi * exponent), rel=0.01)
 
 
 def test_a_rod_without_friction_pulls_through():
     load = 2.0
     points, _ = rope(2.0, 20.0)
-    over = CylinderSpec(np.zeros(3), np.array([0.0, 1.0, 0.0]), CYLINDER, 0.0)
+    over = peg([0.0, 0.0, 0.0], [0.0, 1.0, 0.0], CYLINDER, 0.0)
     touch = ContactSpec(10.0, 0.0, ramp=0.1, sample_spacing=0.5)
-    model = RodModel([spec(points, bending=1.0, mass_per_length=1e-9)], touch, [over], drag=20.0)
-    assert model.friction is None
-    place = points[0].copy()
-    ends = {(0, "start"): End(place=lambda t: place), (0, "end"): End(force=lambda t: load * min(5.0 * t, 1.0) * DOWN)}
-    model.begin(ends)
-    for _ in model.march(StepControl(0.05, 1e-6, 0.5, RADIUS), model.settings(2e-6), [2.0]):
-        pass
+    model = Rods([spec(points, bending=1.0, mass_per_length=1e-9)], touch, [over], drag=20.0)
+    assert not model.having(Friction)
+    model.begin(model.pinned("start"), model.loaded("end", lambda t: load * min(5.0 * t, 1.0) * DOWN))
+    model.run(StepController(0.05, 1e-6, 0.5, RADIUS), 2.0, newton=model.newton(2e-6))
     np.testing.assert_allclose(model.tension(), load, rtol=0.01)
-    np.testing.assert_allclose(model.reaction(0, "start"), load * DOWN, rtol=0.01, atol=0.01 * load)
+    np.testing.assert_allclose(model.reaction("start"), load * DOWN, rtol=0.01, atol=0.01 * load)
 
 
 def test_a_rod_spins_in_place_against_friction():
     """A rod on a cylinder of the same axis, spun on the spot, rubs with mu N across its axis."""
     points = line(10, 20.0)
-    under = CylinderSpec(np.array([0.0, 0.0, -RADIUS - 9.8]), np.array([1.0, 0.0, 0.0]), CYLINDER, MU)
-    model = RodModel([spec(points)], contact(), [under])
-    model.begin({})
-    cylinder, friction = model.cylinders[0]
-    effects = [model.frames, cylinder, friction]
+    under = peg([0.0, 0.0, -RADIUS - 9.8], [1.0, 0.0, 0.0], CYLINDER, MU)
+    model = begun(Rods([spec(points)], contact(), [under]))
+    cylinder, friction, x = model.obstacle, model.obstacle_friction, model.x
+    terms = [model.discrete.frames, cylinder, friction]
+    f = np.zeros_like(x)
     for _ in range(8):
-        x = model.x.copy()
-        x[:, 3] += 0.1 * RADIUS
-        model.progress.motion.x = x
+        x = x + [0.0, 0.0, 0.0, 0.1 * RADIUS]
         f = np.zeros_like(x)
-        for effect in effects:
-            effect.update(x)
-            effect.assemble(x, f, None)
-        for effect in effects:
-            effect.commit(x)
-    normal = cylinder.force.sum()
-    assert friction.sliding == np.count_nonzero(cylinder.force)
+        for term in terms:
+            term.update(x)
+            term.assemble(x, f, None)
+        for term in terms:
+            term.commit(x)
+    normal = cylinder.touch.force.sum()
+    assert friction.sliding == cylinder.touching
     assert f[:, 1].sum() == pytest.approx(MU * normal, rel=1e-3)
     lever = (RADIUS - model.penetration) / RADIUS
     assert f[:, 3].sum() == pytest.approx(MU * normal * lever * np.cos(0.1), rel=1e-3)
-    assert friction.dissipated == pytest.approx(MU * normal * 0.1 * lever * RADIUS, rel=0.01)
+    assert friction.dissipation() == pytest.approx(MU * normal * 0.1 * lever * RADIUS, rel=0.01)
