@@ -1,16 +1,11 @@
 """Drag of a fluid on discrete rods."""
 
 import numpy as np
-from reduced import RADIUS, begun, residual, tangent_error
+from reduced import RADIUS, begin, residual, tangent_error
 
+import knotfem as kf
 from knotfem.mesh.rod_layout import make_layout
-from knotfem.run import driver
-from knotfem.run.directory import RunDirectory
-from knotfem.run.tables import read_table
-from knotfem.scene import load_scene
-from knotfem.solver.schemes import BackwardEuler
-from knotfem.terms.rod_viscous import make
-from knotfem.terms.viscous import Settings
+from knotfem.terms.viscous import ViscousDrag
 
 NORMAL, TANGENTIAL = 2e-6, 1e-6
 
@@ -19,9 +14,9 @@ def test_force_on_a_straight_rod_is_length_times_coefficient_times_velocity():
     layout = make_layout([10, 4], [2.0, 3.0], [RADIUS, RADIUS])
     x = np.zeros((layout.nodes, 4))
     x[:11, 0], x[11:, 0], x[11:, 1] = 2.0 * np.arange(11), 3.0 * np.arange(5), 9.0
-    drag = make(Settings(NORMAL, TANGENTIAL), layout)
-    drag.integrate(BackwardEuler())
-    begun([drag], x)
+    edges = np.stack([layout.edges, layout.edges + 1], axis=1)
+    drag = ViscousDrag(edges, layout.spacing[layout.rod[layout.edges]], NORMAL, TANGENTIAL)
+    begin([drag], x)
     moved = x + np.array([0.3, -0.4, 0.0, 1.0])
     force = residual([drag], moved).sum(axis=0)
     np.testing.assert_allclose(force, 32.0 * np.array([0.3 * TANGENTIAL, -0.4 * NORMAL, 0.0, 0.0]), atol=1e-18)
@@ -29,10 +24,10 @@ def test_force_on_a_straight_rod_is_length_times_coefficient_times_velocity():
     assert tangent_error([drag], bent) < 1e-6
 
 
-def test_both_models_sag_alike(tmp_path):
+def test_both_models_sag_alike():
     found = {}
     for model in ("fem", "rod"):
-        scene = load_scene(
+        run = kf.pull(
             "cantilever",
             [
                 f"model={model}", "rods.0.length=80 mm", "rods.0.mesh.section_elements=4", "solver.threads=1",
@@ -40,10 +35,9 @@ def test_both_models_sag_alike(tmp_path):
                 "tie.increments=1", "output.fields=false", "steps.0.duration=0.2 s",
                 "effects.viscous_drag={normal='600 Pa s', tangential='300 Pa s'}",
             ],
+            progress=False,
         )  # fmt: skip
-        run = RunDirectory.create(scene, tmp_path / model)
-        driver.pull(scene, run)
-        table = read_table(run.path / "force.csv")
+        table = run.table("force")
         assert abs(table["missing_Nmm"][-1]) < 0.05 * table["viscous_drag_Nmm"][-1]
         assert abs(table["drag_Nmm"][-1]) < 1e-12
         found[model] = table["viscous_drag_Nmm"][-1], table["elastic_Nmm"][-1]
