@@ -39,6 +39,9 @@ from knotfem.models.solid.views import (
 )
 from knotfem.sparse.scatter import block_slot, row_start
 
+BLOCK = 4
+"""Slices of one colour that a thread assembles at a time, for which it makes its work space once."""
+
 
 @kernel
 def element_slots(nodes: np.ndarray, node_ptr: np.ndarray, node_adj: np.ndarray, slots: np.ndarray) -> None:
@@ -74,21 +77,22 @@ def assemble(
         Smallest determinant of the deformation gradient, and smallest pivot of the modes (see `condense_modes`).
     """
     slices = elements.nodes.shape[0]
-    determinants = np.full(slices, np.inf)
-    pivots = np.full(slices, np.inf)
+    blocks = (slices + 2 * BLOCK - 1) // (2 * BLOCK)
+    determinants = np.full(2 * blocks, np.inf)
+    pivots = np.full(2 * blocks, np.inf)
     for colour in range(2):
-        for pair in prange((slices + 1 - colour) // 2):
-            layer = 2 * pair + colour
-            smallest = _slice(layer, x, elements, law, unknowns, condensed, residual, matrix)
-            determinants[layer], pivots[layer] = smallest
+        for block in prange(blocks):
+            first = 2 * BLOCK * block + colour
+            smallest = _slices(first, x, elements, law, unknowns, condensed, residual, matrix)
+            determinants[2 * block + colour], pivots[2 * block + colour] = smallest
     if slices == 0:
         return np.inf, np.inf
     return determinants.min(), pivots.min()
 
 
 @kernel(error_model="numpy")
-def _slice(
-    layer: int,
+def _slices(
+    first: int,
     x: np.ndarray,
     elements: ElementView,
     law: LawView,
@@ -97,10 +101,11 @@ def _slice(
     residual: np.ndarray,
     matrix: PlacesView,
 ) -> tuple[float, float]:
-    """One slice of `assemble`.
+    """Every other slice of `assemble`, `BLOCK` of them from `first` on.
 
-    The loop over the integration points stands here and not in a function of its own: handing it all of the work space
-    costs a tenth of the time, for Numba counts references of each array that is handed over.
+    Long on purpose: Numba counts the references of every array and view that is handed to a function, which costs a
+    tenth of the time where it happens for each element. So the loops over the work space stand here. And this function
+    is called, not inlined: in the body of a parallel loop, Numba drops what is written to an array of a view.
     """
     _, quads, count = elements.nodes.shape
     extra, pressures = unknowns.modes.shape[2], unknowns.pressure.shape[2]
@@ -114,94 +119,70 @@ def _slice(
     A = np.empty((3 * extra, 3 * extra))
     stiff, curved = matrix.wanted or extra > 0, law.first.size > 0
     determinant, pivot = np.inf, np.inf
-    for e in range(quads):
-        nodes = elements.nodes[layer, e]
-        gather(x, nodes, y)
-        f[:] = 0.0
-        b[:] = 0.0
-        R[:] = 0.0
-        if stiff:
-            K[:] = 0.0
-        if extra > 0:
-            tangents(y, elements.centre, modes.tangents)
-        for q in range(elements.weights.shape[1]):
-            grad, w, psi = elements.grads[e, q], elements.weights[e, q], elements.psi[e, q]
+    for layer in range(first, min(first + 2 * BLOCK, elements.nodes.shape[0]), 2):
+        for e in range(quads):
+            nodes = elements.nodes[layer, e]
+            gather(x, nodes, y)
+            f[:] = 0.0
+            b[:] = 0.0
+            R[:] = 0.0
+            if stiff:
+                K[:] = 0.0
             if extra > 0:
-                enhance(grad, elements.modes[e, q], elements.centre, unknowns.modes[layer, e], enhanced)
-                grad = enhanced
-            J = deformation(y, grad, F)
-            determinant = min(determinant, J)
-            inverse(F, J, inv)
-            mu = 2.0 * law.first[layer, e, q] if curved else law.mu
-            trace = deviator(F, mu * w * abs(J) ** (-2.0 / 3.0), s)
-            mu_bar = mu * w * abs(J) ** (-2.0 / 3.0) * trace / 3.0
-            pressure = 0.0
+                tangents(y, elements.centre, modes.tangents)
+            for q in range(elements.weights.shape[1]):
+                grad = elements.grads[e, q]
+                w = elements.weights[e, q]
+                if extra > 0:
+                    enhance(grad, elements.modes[e, q], elements.centre, unknowns.modes[layer, e], enhanced)
+                    grad = enhanced
+                J = deformation(y, grad, F)
+                determinant = min(determinant, J)
+                inverse(F, J, inv)
+                mu = 2.0 * law.first[layer, e, q] if curved else law.mu
+                trace = deviator(F, mu * w * abs(J) ** (-2.0 / 3.0), s)
+                mu_bar = mu * w * abs(J) ** (-2.0 / 3.0) * trace / 3.0
+                pressure = 0.0
+                for m in range(pressures):
+                    pressure += elements.psi[e, q, m] * unknowns.pressure[layer, e, m]
+                    R[m] += elements.psi[e, q, m] * w * (J - 1.0)
+                for a in range(count):
+                    for i in range(3):
+                        g[i, a] = grad[a, 0] * inv[0, i] + grad[a, 1] * inv[1, i] + grad[a, 2] * inv[2, i]
+                    for i in range(3):
+                        sg[i, a] = s[i, 0] * g[0, a] + s[i, 1] * g[1, a] + s[i, 2] * g[2, a]
+                        f[i, a] += sg[i, a]
+                        for m in range(pressures):
+                            b[m, i, a] += elements.psi[e, q, m] * w * J * g[i, a]
+                if stiff:
+                    point_tangent(g, sg, count, mu_bar, pressure * w * J, K)
+                if extra > 0:
+                    point_modes(modes, elements.modes[e, q], elements.centre, mu_bar, pressure * w * J)
+                    for m in range(pressures):
+                        for k in range(extra):
+                            for i in range(3):
+                                b[m, i, count + k] += elements.psi[e, q, m] * w * J * modes.along[i, k]
+                if stiff and curved and mu != 0.0:
+                    add_product(4.0 * law.second[layer, e, q] / (mu * mu * w), sg, K)
             for m in range(pressures):
-                pressure += psi[m] * unknowns.pressure[layer, e, m]
-                R[m] += psi[m] * w * (J - 1.0)
+                total = 0.0
+                for k in range(pressures):
+                    total += elements.stiffness[e, m, k] * R[k]
+                condensed.excess[layer, e, m] = total - unknowns.pressure[layer, e, m]
+                for i in range(3):
+                    for a in range(whole):
+                        f[i, a] += total * b[m, i, a]
+                        condensed.b[layer, e, m, 3 * a + i] = b[m, i, a]
+            if stiff:
+                _pressure_tangent(elements.stiffness[e], b, g, K)
+            if extra > 0:
+                pivot = min(pivot, condense_modes(f, K, A, condensed.follow[layer, e]))
             for a in range(count):
                 for i in range(3):
-                    g[i, a] = grad[a, 0] * inv[0, i] + grad[a, 1] * inv[1, i] + grad[a, 2] * inv[2, i]
-                for i in range(3):
-                    sg[i, a] = s[i, 0] * g[0, a] + s[i, 1] * g[1, a] + s[i, 2] * g[2, a]
-                    f[i, a] += sg[i, a]
-                    for m in range(pressures):
-                        b[m, i, a] += psi[m] * w * J * g[i, a]
-            if stiff:
-                point_tangent(g, sg, count, mu_bar, pressure * w * J, K)
-            if extra > 0:
-                point_modes(modes, elements.modes[e, q], elements.centre, mu_bar, pressure * w * J)
-                for m in range(pressures):
-                    for k in range(extra):
-                        for i in range(3):
-                            b[m, i, count + k] += psi[m] * w * J * modes.along[i, k]
-            if stiff and curved and mu != 0.0:
-                add_product(4.0 * law.second[layer, e, q] / (mu * mu * w), sg, K)
-        _pressure_forces(elements.stiffness[e], R, b, f, unknowns.pressure[layer, e], condensed.excess[layer, e])
-        _keep(b, condensed.b[layer, e])
-        if stiff:
-            _pressure_tangent(elements.stiffness[e], b, g, K)
-        if extra > 0:
-            pivot = min(pivot, condense_modes(f, K, A, condensed.follow[layer, e]))
-        for a in range(count):
-            for i in range(3):
-                residual[nodes[a], i] += f[i, a]
-        if matrix.wanted:
-            _scatter(nodes, matrix.slots[layer * quads + e], K, matrix)
+                    residual[nodes[a], i] += f[i, a]
+            if matrix.wanted:
+                _scatter(nodes, matrix.slots[layer * quads + e], K, matrix)
     return determinant, pivot
-
-
-@kernel(inline="always", error_model="numpy")
-def _pressure_forces(
-    stiffness: np.ndarray, R: np.ndarray, b: np.ndarray, f: np.ndarray, pressure: np.ndarray, excess: np.ndarray
-) -> None:
-    """f += b^T (p + G^-1 R), where p + G^-1 R = G^-1 int psi (J - 1); G^-1 R is kept as the excess.
-
-    Args:
-        stiffness: G^-1, shape [q, q].
-        R: int psi (J - 1), shape [q].
-        b: shape [q, 3, n + k].
-        f: added to, shape [3, n + k].
-        pressure: p, shape [q].
-        excess: filled, shape [q].
-    """
-    for m in range(R.size):
-        total = 0.0
-        for k in range(R.size):
-            total += stiffness[m, k] * R[k]
-        excess[m] = total - pressure[m]
-        for i in range(3):
-            for a in range(f.shape[1]):
-                f[i, a] += total * b[m, i, a]
-
-
-@kernel(inline="always")
-def _keep(b: np.ndarray, kept: np.ndarray) -> None:
-    """b, shape [q, 3, n + k], node by node, shape [q, 3 (n + k)]."""
-    for m in range(b.shape[0]):
-        for i in range(3):
-            for a in range(b.shape[2]):
-                kept[m, 3 * a + i] = b[m, i, a]
 
 
 @kernel(inline="always", error_model="numpy")

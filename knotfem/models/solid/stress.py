@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from knotfem.models.material import Material
 from knotfem.models.solid.elasticity import Elasticity
 
 
@@ -45,7 +46,7 @@ def stress_state(x: np.ndarray, elasticity: Elasticity) -> StressState:
         elasticity: the rod's bulk with its pressures.
     """
     F, pressure = elasticity.deformation(x), _pressure(elasticity)
-    return StressState(F, _first_piola(F, pressure, elasticity.shear_modulus), elasticity.formulation.weights)
+    return StressState(F, _first_piola(F, pressure, elasticity.material), elasticity.formulation.weights)
 
 
 def middle_forces(state: StressState, elasticity: Elasticity) -> np.ndarray:
@@ -59,7 +60,7 @@ def middle_forces(state: StressState, elasticity: Elasticity) -> np.ndarray:
         elasticity: the bulk, of eight-node hexahedra.
     """
     F, pressure = _along(state.deformation, 2), _along(_pressure(elasticity), 2)
-    P = _first_piola(F.mean(axis=2), pressure.mean(axis=2), elasticity.shear_modulus)
+    P = _first_piola(F.mean(axis=2), pressure.mean(axis=2), elasticity.material)
     area = _along(state.weights, 1).sum(axis=1) / elasticity.layer_height
     return np.einsum("sqgi,qg->si", P[..., 2], area)
 
@@ -74,11 +75,15 @@ def _pressure(elasticity: Elasticity) -> np.ndarray:
     return np.einsum("qgm,sqm->sqg", elasticity.formulation.psi, elasticity.pressure)
 
 
-def _first_piola(F: np.ndarray, pressure: np.ndarray, shear_modulus: float) -> np.ndarray:
+def _first_piola(F: np.ndarray, pressure: np.ndarray, material: Material) -> np.ndarray:
+    """P = 2 W' J^(-2/3) F + (p J - 2 W' I1 / 3) F^-T, shapes [..., 3, 3] and [...]."""
     J = np.linalg.det(F)
     inverse_t = np.linalg.inv(F).swapaxes(-1, -2)
-    scale = shear_modulus * J ** (-2.0 / 3.0)
-    spherical = pressure * J - scale * np.einsum("...ik,...ik->...", F, F) / 3.0
+    shrunk = J ** (-2.0 / 3.0)
+    square = np.einsum("...ik,...ik->...", F, F)
+    modulus = material.shear_modulus if material.linear else 2.0 * material.first(shrunk * square)
+    scale = modulus * shrunk
+    spherical = pressure * J - scale * square / 3.0
     return scale[..., None, None] * F + spherical[..., None, None] * inverse_t
 
 

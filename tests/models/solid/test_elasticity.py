@@ -214,7 +214,7 @@ def test_memory_of_modes_goes_round_to_the_bit():
     assert bulk.modes.tobytes() != kept
     bulk.load(history)
     assert bulk.modes.tobytes() == kept
-    bulk.forget()
+    bulk.load({})
     assert not bulk.modes.any()
     assert not bulk.pressure.any()
 

@@ -5,6 +5,7 @@ from specimens import Rod, make_rod, static
 
 from knotfem.models.solid.resultants import Resultants, resultants
 from knotfem.solver.constraints import Prescribed, held
+from knotfem.solver.nonlinear.tolerance import Sections
 from knotfem.terms.gravity import Gravity
 from knotfem.terms.load import EndForce, FollowingForce
 
@@ -16,7 +17,7 @@ def carried(rod: Rod, x: np.ndarray) -> Resultants:
 
 
 def solved(rod: Rod, loads: list, ends: list[Prescribed]) -> np.ndarray:
-    return static([*rod.effects, *loads], rod.mesh.nodes, ends, rod.section_index)[0]
+    return static([*rod.terms, *loads], rod.mesh.nodes, ends, Sections.single(rod.section_of_node))[0]
 
 
 def clamp(rod: Rod, end: int = 0) -> Prescribed:
