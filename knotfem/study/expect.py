@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 
-from knotfem.mesh.make_section import section_of
+from knotfem.mesh.make_section import section_from, section_of
 from knotfem.run.check import ITERATIONS_A_MM, MEMORY_MB, RELAXING_ITERATIONS, seconds_an_iteration
 from knotfem.scene.elements import ORDERS
 from knotfem.scene.model import Scene
@@ -43,7 +43,10 @@ def unknowns(scene: Scene) -> int:
 
 
 def _section_nodes(rod: Rod) -> int:
-    return _nodes(rod.mesh.section_elements, ORDERS[rod.mesh.element])
+    order = ORDERS[rod.mesh.element]
+    if rod.mesh.section is not None:
+        return len(section_from(rod.mesh.section, order).points)
+    return _nodes(rod.mesh.section_elements, order)
 
 
 @cache

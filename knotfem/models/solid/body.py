@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knotfem.errors import InputError
-from knotfem.mesh.make_section import section_of
+from knotfem.mesh.make_section import other_count, section_from, section_of
 from knotfem.mesh.quadratic import quadratic
 from knotfem.mesh.rod import RodMesh, extrude
 from knotfem.mesh.section import Section
@@ -137,7 +137,9 @@ def mesh_of(rod: Rod, section: Section | None = None) -> RodMesh:
         InputError: no such section.
     """
     order = ORDERS[rod.mesh.element]
-    if section is None:
+    if section is None and rod.mesh.section is not None:
+        section = section_from(rod.mesh.section, order)
+    elif section is None:
         section = section_of(rod.mesh.section_elements, order)
     elif section.order < order:
         section = quadratic(section)
@@ -170,6 +172,8 @@ def build_body(scene: Scene, section: Section | None = None, materials: Mapping[
         first += len(made.mesh.nodes)
     volume = np.concatenate(volumes)
     warnings = [warning for rod in rods for warning in rod.target.warnings]
+    if section is None:
+        warnings += [said for rod in scene.rods if (said := _said_of_section(rod)) is not None]
     return Body(scene, rods, volume / volume.sum(), Sections(np.concatenate(sections), np.array(starts[:-1])), warnings)
 
 
@@ -187,6 +191,14 @@ def _solid_rod(rod: Rod, target: Centreline, first: int, section: Section | None
         length, merit = np.full(len(edges), mesh.element_length), np.full(len(edges), MERIT_AXIAL_STIFFNESS)
         core = AxialStiffness("core", edges, length, stiffness, merit, 3)
     return SolidRod(rod, mesh, first, target, bulk, core, mesh.section_nodes + first, points)
+
+
+def _said_of_section(rod: Rod) -> str | None:
+    """What must be said where the cross-section has not the number of elements asked for."""
+    if rod.mesh.section is not None:
+        return None
+    said = other_count(rod.mesh.section_elements, ORDERS[rod.mesh.element])
+    return said and f"{rod.name}: {said}"
 
 
 def _refuse_mixed_orders(scene: Scene) -> None:
