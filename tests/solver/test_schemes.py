@@ -3,7 +3,7 @@ import pytest
 
 from knotfem.errors import InputError
 from knotfem.solver.schemes import BackwardEuler, Scheme, generalised_alpha, hht
-from knotfem.solver.term import Motion, StepStart
+from knotfem.solver.state import Motion
 from knotfem.verify.benchmarks.oscillator import OMEGA, amplification, amplitude_kept, swing
 
 
@@ -50,11 +50,12 @@ def test_trapezoidal_rule_keeps_the_amplitude():
 def test_rates_are_the_derivatives(scheme):
     rng = np.random.default_rng(0)
     motion = Motion(*(rng.standard_normal((4, 3)) for _ in range(3)))
-    start = StepStart(motion, 0.2)
     x, d = rng.standard_normal((4, 3)), rng.standard_normal((4, 3))
     for value, rate in ((scheme.velocity, scheme.velocity_rate), (scheme.acceleration, scheme.acceleration_rate)):
-        np.testing.assert_allclose(value(x + d, start) - value(x, start), rate(0.2) * d, rtol=1e-9, atol=1e-12)
-    end = scheme.finish(x, start)
+        np.testing.assert_allclose(
+            value(x + d, motion, 0.2) - value(x, motion, 0.2), rate(0.2) * d, rtol=1e-9, atol=1e-12
+        )
+    end = scheme.motion(x, motion, 0.2)
     assert end.time == pytest.approx(motion.time + 0.2)
     np.testing.assert_array_equal(end.x, x)
 
@@ -69,6 +70,19 @@ def test_wrong_parameters_are_refused():
 @pytest.mark.parametrize("scheme", [Scheme(), BackwardEuler(), hht(-0.3), generalised_alpha(0.5)])
 def test_step_of_no_length_moves_as_its_start(scheme):
     motion = Motion(np.ones((1, 3)), np.full((1, 3), 2.0), np.zeros((1, 3)), 1.0)
-    start = StepStart(motion, 0.0)
-    np.testing.assert_array_equal(scheme.velocity(motion.x, start), motion.v)
-    np.testing.assert_array_equal(scheme.acceleration(motion.x, start), motion.a)
+    np.testing.assert_array_equal(scheme.velocity(motion.x, motion, 0.0), motion.v)
+    np.testing.assert_array_equal(scheme.acceleration(motion.x, motion, 0.0), motion.a)
+
+
+@pytest.mark.parametrize("scheme", [Scheme(), BackwardEuler(), hht(-0.3), generalised_alpha(0.5)])
+def test_motion_at_the_end_is_a_value_of_its_own(scheme):
+    rng = np.random.default_rng(3)
+    start = Motion(*(rng.standard_normal((4, 3)) for _ in range(3)))
+    kept = [array.copy() for array in (start.x, start.v, start.a)]
+    x = rng.standard_normal((4, 3))
+    end = scheme.motion(x, start, 0.2)
+    held = end.x.copy()
+    x += 1.0
+    np.testing.assert_array_equal(end.x, held)
+    for array, before in zip((start.x, start.v, start.a), kept, strict=True):
+        np.testing.assert_array_equal(array, before)

@@ -1,12 +1,13 @@
 import numpy as np
 import pytest
 from derivatives import gradient_error
-from specimens import make_rod
+from specimens import at_rest, make_rod
 
 from knotfem.solver.constraints import Prescribed, held
 from knotfem.solver.schemes import BackwardEuler, Scheme, generalised_alpha, hht
+from knotfem.solver.state import Motion, State
 from knotfem.solver.system import System
-from knotfem.solver.term import Motion, StepStart
+from knotfem.solver.term import Role
 from knotfem.sparse.linear import make_solver
 from knotfem.terms.inertia import Drag, Inertia
 from knotfem.terms.load import EndForce, FollowingForce
@@ -32,13 +33,13 @@ def test_components_of_one_node_may_be_prescribed_apart(spring):
     assert (goal[1, 0], goal[1, 2], goal[3, 0]) == (2.0, -2.0, 5.0)
 
 
-def test_symmetric_storage_only_where_every_effect_is(spring):
+def test_symmetric_storage_only_where_every_term_is(spring):
     rod = make_rod(6.0, 4)
     x = rod.mesh.nodes
     following = FollowingForce(rod.sections[-1], rod.end_weights, int(rod.axis[-2]), int(rod.axis[-1]), lambda t: t)
-    for effects, symmetric in (([rod.bulk], True), ([rod.bulk, following], False)):
-        system = System(effects, len(x), make_solver("superlu"), Scheme())
-        system.begin(StepStart(Motion.at_rest(x), 1.0))
+    for terms, symmetric in (([rod.bulk], True), ([rod.bulk, following], False)):
+        system = System(terms, len(x), make_solver("superlu"), Scheme())
+        system.begin(at_rest(x), 1.0)
         _, matrix = system.tangent(x)
         assert matrix.pattern.upper is symmetric
 
@@ -47,11 +48,11 @@ def test_symmetric_storage_only_where_every_effect_is(spring):
 def test_tangent_is_the_derivative_of_the_residual(scheme):
     rod = make_rod(6.0, 4, core_stiffness=50.0)
     x = rod.mesh.nodes + 0.05 * np.random.default_rng(0).standard_normal(rod.mesh.nodes.shape)
-    effects = [*rod.effects, Drag(rod.mass, 20.0)]
+    terms = [*rod.terms, Drag(rod.mass, 20.0)]
     if scheme.inertial:
-        effects.append(Inertia(rod.mass))
-    system = System(effects, len(x), make_solver("superlu"), scheme)
-    system.begin(StepStart(Motion.at_rest(rod.mesh.nodes), 1e-4))
+        terms.append(Inertia(rod.mass))
+    system = System(terms, len(x), make_solver("superlu"), scheme)
+    system.begin(at_rest(rod.mesh.nodes), 1e-4)
     system.residual(x)
     system.increment(np.zeros_like(x))
     system.advance(1.0)
@@ -65,8 +66,8 @@ def test_tangent_is_the_derivative_of_the_residual(scheme):
 def test_analysis_is_kept_while_the_pattern_holds():
     rod = make_rod(6.0, 4)
     x = rod.mesh.nodes
-    system = System(rod.effects, len(x), make_solver("auto"), Scheme(), [held(rod.sections[0], x[rod.sections[0]])])
-    system.begin(StepStart(Motion.at_rest(x), 1.0))
+    system = System(rod.terms, len(x), make_solver("auto"), Scheme(), [held(rod.sections[0], x[rod.sections[0]])])
+    system.begin(at_rest(x), 1.0)
     for _ in range(3):
         _, matrix = system.tangent(x)
         system.solve(matrix, 0.0, np.ones_like(x))
@@ -78,59 +79,116 @@ def test_analysis_is_kept_while_the_pattern_holds():
     system.close()
 
 
-def test_solution_vanishes_where_prescribed_and_shift_acts_by_weight(spring):
-    system = System([spring(2.0)], 2, make_solver("superlu"), Scheme(), shift_weights=np.array([0.25, 0.75]))
+def test_solution_vanishes_where_prescribed_and_damping_acts_by_weight(spring):
+    system = System([spring(2.0)], 2, make_solver("superlu"), Scheme(), damping_weights=np.array([0.25, 0.75]))
     x = np.ones((2, 3))
-    system.begin(StepStart(Motion.at_rest(x), 1.0))
+    system.begin(at_rest(x), 1.0)
     _, matrix = system.tangent(x)
     np.testing.assert_allclose(system.solve(matrix, 4.0, x), [[1 / 3] * 3, [1 / 5] * 3])
     fixed = System([spring(2.0)], 2, make_solver("superlu"), Scheme(), [held(np.array([0]), x[:1])])
-    fixed.begin(StepStart(Motion.at_rest(x), 1.0))
+    fixed.begin(at_rest(x), 1.0)
     _, matrix = fixed.tangent(x)
     np.testing.assert_allclose(fixed.solve(matrix, 0.0, x), [[0.0] * 3, [0.5] * 3])
 
 
-def test_forces_by_name_sum_to_the_residual():
+def test_forces_by_label_sum_to_the_residual():
     rod = make_rod(6.0, 4, core_stiffness=50.0)
     x = 1.01 * rod.mesh.nodes
     loads = [EndForce(rod.sections[k], rod.end_weights, lambda t: np.array([0.0, 0.0, t])) for k in (0, -1)]
-    system = System([*rod.effects, *loads], len(x), make_solver("superlu"), Scheme())
-    system.begin(StepStart(Motion.at_rest(x), 1.0))
+    system = System([*rod.terms, *loads], len(x), make_solver("superlu"), Scheme())
+    system.begin(at_rest(x), 1.0)
     forces = system.forces(x)
-    assert set(forces) == {"elasticity", "core", "load"}
+    assert list(forces) == ["elasticity-1", "core-1", "load-1", "load-2"]
     np.testing.assert_allclose(sum(forces.values()), system.residual(x), atol=1e-13)
-    assert forces["load"][:, 2].sum() == pytest.approx(-2.0)
-    assert len(system.effect("load")) == 2
+    assert (forces["load-1"] + forces["load-2"])[:, 2].sum() == pytest.approx(-2.0)
+    assert system.having(Role.LOAD) == loads
+    assert system.labels["load-2"] is loads[1]
+    assert system.having(Role.ELASTIC, Role.LOAD) == system.terms
+
+
+def test_terms_that_others_may_lack_keep_the_number_of_what_they_belong_to(spring):
+    first, numbered = spring(1.0), spring(1.0)
+    numbered.number = 3
+    system = System([first, numbered], 1, make_solver("superlu"), Scheme())
+    assert list(system.labels) == ["spring-1", "spring-3"]
 
 
 def test_slope_of_the_merit_is_the_residual_in_every_scheme(spring, push):
     mass = np.ones(2)
     for scheme in (Scheme(), BackwardEuler(), hht(-0.3), generalised_alpha(0.5)):
         inertia = [Inertia(mass)] if scheme.inertial else []
-        effects = [spring(3.0, 0.2), push(lambda time: np.array([5.0 * time, 1.0, 0.0])), *inertia]
-        system = System(effects, 2, make_solver("superlu"), scheme)
+        terms = [spring(3.0, 0.2), push(lambda time: np.array([5.0 * time, 1.0, 0.0])), *inertia]
+        system = System(terms, 2, make_solver("superlu"), scheme)
         start = Motion(np.array([[1.0, 0.2, 0.0], [0.0, 0.5, 0.3]]), np.ones((2, 3)), np.full((2, 3), 2.0), 0.5)
-        system.begin(StepStart(start, 0.3))
+        system.begin(State.of(start, {}), 0.3)
         x = start.x + 0.1
         assert gradient_error(system.merit, system.residual(x), x) < 1e-8
 
 
-def test_memory_comes_back_to_the_bit_and_by_place():
+def test_history_comes_back_to_the_bit_and_by_place():
     first = make_rod(6.0, 4, core_stiffness=50.0)
     second = make_rod(6.0, 4, core_stiffness=50.0, first=len(first.mesh.nodes))
     x = np.vstack([first.mesh.nodes, first.mesh.nodes + 20.0])
-    system = System([*first.effects, *second.effects], len(x), make_solver("superlu"), Scheme())
-    system.begin(StepStart(Motion.at_rest(x), 1.0))
+    system = System([*first.terms, *second.terms], len(x), make_solver("superlu"), Scheme())
+    system.begin(at_rest(x), 1.0)
     system.tangent(x)
-    second.core.force += 3.0
-    history = system.history()
-    assert {"elasticity-1", "core-1", "elasticity-2", "core-2", "pattern"} == set(history)
-    first.core.force += 1.0
-    second.bulk.pressure -= 1.0
-    system.load(history)
+    assert first.core is not None
+    assert second.core is not None
+    second.core.force[:] += 3.0
+    state = system.state(Motion.at_rest(x))
+    assert set(state.history) == {"elasticity-1", "core-1", "elasticity-2", "core-2"}
+    first.core.force[:] += 1.0
+    second.bulk.pressure[:] -= 1.0
+    system.load(state)
     assert (first.core.force == 0.0).all()
     assert (second.core.force == 3.0).all()
     assert (second.bulk.pressure == 0.0).all()
+
+
+def test_terms_that_a_state_does_not_know_begin_anew(spring):
+    known, fresh = spring(1.0), spring(1.0)
+    system = System([known, fresh], 1, make_solver("superlu"), Scheme())
+    known.accepted[:], fresh.accepted[:] = 5.0, 7.0
+    system.load(State.of(Motion.at_rest(np.ones((1, 3))), {"spring-1": {"accepted": np.array([2.0])}}))
+    assert (known.accepted[0], fresh.accepted[0]) == (2.0, 0.0)
+
+
+def test_a_committed_state_is_a_value(spring):
+    """What happens to the terms and to the positions afterwards does not change it; nor does the next step."""
+    hanging = spring(1.0)
+    system = System([hanging], 1, make_solver("superlu"), Scheme())
+    start = at_rest(np.zeros((1, 3)), 2.0)
+    x = np.array([[0.5, 0.0, 0.0]])
+    step = system.begin(start, 0.25)
+    assert (step.start, step.dt, step.end) == (start, 0.25, 2.25)
+    state = system.commit(x, step)
+    assert state.time == 2.25
+    x += 1.0
+    hanging.accepted += 1.0
+    np.testing.assert_array_equal(state.x, [[0.5, 0.0, 0.0]])
+    np.testing.assert_array_equal(state.v, [[2.0, 0.0, 0.0]])
+    assert state.history["spring-1"]["accepted"] == 0.5
+    hanging.load(state.history["spring-1"])
+    system.commit(state.x + 1.0, system.begin(state, 0.25))
+    assert hanging.accepted == 2.0
+    assert state.history["spring-1"]["accepted"] == 0.5
+    np.testing.assert_array_equal(start.x, 0.0)
+
+
+def test_pattern_of_an_earlier_system_gives_the_same_matrix():
+    rod = make_rod(6.0, 4)
+    x = rod.mesh.nodes
+    following = FollowingForce(rod.sections[-1], rod.end_weights, int(rod.axis[-2]), int(rod.axis[-1]), lambda t: t)
+    before = System([rod.bulk, following], len(x), make_solver("superlu"), Scheme())
+    before.begin(at_rest(x), 1.0)
+    before.tangent(x)
+    later = System([rod.bulk], len(x), make_solver("superlu"), Scheme(), unsymmetric=True)
+    assert before.keys is not None
+    later.restore_pattern(before.keys)
+    later.begin(at_rest(x), 1.0)
+    _, matrix = later.tangent(x)
+    np.testing.assert_array_equal(matrix.pattern.node_adj, before.tangent(x)[1].pattern.node_adj)
+    np.testing.assert_array_equal(later.keys, before.keys)
 
 
 def test_a_step_may_be_begun_twice_with_the_weighed_start_residual(spring, push):
@@ -139,16 +197,17 @@ def test_a_step_may_be_begun_twice_with_the_weighed_start_residual(spring, push)
     mass = np.ones(1)
     residuals = []
     for tried in (False, True):
-        effects = [
+        terms = [
             spring(3.0),
             push(lambda time: np.array([5.0 * time, 0.0, 0.0])),
             Drag(mass, 2.0),
             Inertia(mass),
         ]
-        system = System(effects, 1, make_solver("superlu"), scheme)
+        system = System(terms, 1, make_solver("superlu"), scheme)
         motion = Motion(np.array([[1.0, 0.0, 0.0]]), np.array([[0.0, 2.0, 0.0]]), np.zeros((1, 3)), 4.0)
+        state = State.of(motion, {})
         if tried:
-            system.begin(StepStart(motion, 7.0))
-        system.begin(StepStart(motion, 0.1))
+            system.begin(state, 7.0)
+        system.begin(state, 0.1)
         residuals.append(system.residual(motion.x + 0.1))
     np.testing.assert_array_equal(*residuals)
