@@ -17,19 +17,19 @@ from typing import TYPE_CHECKING, Any
 from knotfem.version import __version__
 
 if TYPE_CHECKING:
-    from knotfem.api import compare, open_run, pull, resume, steps, tie
+    from knotfem.api import pull, resume, steps, tie
     from knotfem.contact.rigid import Foot, RigidSurface
-    from knotfem.errors import InputError, KnotfemError, KnotLost, NotConverged
+    from knotfem.errors import InputError, Interrupted, KnotfemError, KnotLost, NotConverged, Stopped
     from knotfem.models.base import Obstacle
     from knotfem.models.material import Material
+    from knotfem.results.compare import compare
+    from knotfem.results.data import open_run
     from knotfem.results.run import Run
     from knotfem.scene.load import load_scene
     from knotfem.scene.model import Scene
     from knotfem.solver.term import Role, Term, TimeStep
 
 _PLACES = {
-    "compare": "knotfem.api",
-    "open_run": "knotfem.api",
     "pull": "knotfem.api",
     "resume": "knotfem.api",
     "steps": "knotfem.api",
@@ -37,11 +37,15 @@ _PLACES = {
     "Foot": "knotfem.contact.rigid",
     "RigidSurface": "knotfem.contact.rigid",
     "InputError": "knotfem.errors",
+    "Interrupted": "knotfem.errors",
     "KnotLost": "knotfem.errors",
     "KnotfemError": "knotfem.errors",
     "NotConverged": "knotfem.errors",
+    "Stopped": "knotfem.errors",
     "Material": "knotfem.models.material",
     "Obstacle": "knotfem.models.base",
+    "compare": "knotfem.results.compare",
+    "open_run": "knotfem.results.data",
     "Run": "knotfem.results.run",
     "Scene": "knotfem.scene.model",
     "load_scene": "knotfem.scene.load",
@@ -51,8 +55,9 @@ _PLACES = {
 }
 
 __all__ = [
-    "Foot", "InputError", "KnotLost", "KnotfemError", "Material", "NotConverged", "Obstacle", "RigidSurface", "Role", "Run",
-    "Scene", "Term", "TimeStep", "__version__", "compare", "load_scene", "open_run", "pull", "resume", "steps", "tie",
+    "Foot", "InputError", "Interrupted", "KnotLost", "KnotfemError", "Material", "NotConverged", "Obstacle", "RigidSurface",
+    "Role", "Run", "Scene", "Stopped", "Term", "TimeStep", "__version__", "compare", "load_scene", "open_run", "pull",
+    "resume", "steps", "tie",
 ]  # fmt: skip
 
 

@@ -1,39 +1,45 @@
-"""What people import: verbs that run scenes in memory or on disk, and open what was run."""
+"""What people import: verbs that run scenes in memory or on disk."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from knotfem.errors import InputError
+from knotfem.errors import InputError, KnotfemError
 from knotfem.models.base import Additions, Obstacle, TermMaker
+from knotfem.models.series import Fields
 from knotfem.plot.auto import RunFigures
-from knotfem.results.compare import Comparison
-from knotfem.results.compare import compare as compare_runs
-from knotfem.results.data import DiskData, MemoryData
+from knotfem.results.data import MemoryData, open_run
 from knotfem.results.run import Run
-from knotfem.run.directory import RunDirectory
+from knotfem.run.checkpoint import RunCheckpoint
+from knotfem.run.directory import TIED, RunDirectory
 from knotfem.run.driver import drive, goal_of
-from knotfem.run.memory import MemoryStore
+from knotfem.run.memory import MemoryStore, StoredState
 from knotfem.run.progress import Progress, automatic_progress
 from knotfem.run.recorder import Recorder
 from knotfem.run.simulation import LOG, PhaseDone, Simulation, TimeStepDone
 from knotfem.run.source import source_rods
 from knotfem.run.step_report import report_of
-from knotfem.scene.load import load_scene
+from knotfem.run.stop import StopRequest
+from knotfem.scene.load import Overrides, load_scene
 from knotfem.scene.model import Scene
+from knotfem.solver.nonlinear.newton import Interrupt
 
-Source = Scene | Run | str | Path
-"""A scene, a run whose tied knot is taken up, or the file, folder or shipped name of one."""
+Out = str | Path | bool | None
+"""Folder of a run; True for runs/SCENE-N with the first free N; None or False for none."""
+TABLES = ("tie", "tension", "contacts", "twist")
+"""What a run that goes on from a tied knot takes over: all but forces, which begin with what loads the knot."""
+KEPT = "the error's attribute `run` has the results so far"
 
 
 def tie(
-    source: Source,
-    overrides: Mapping[str, Any] | Sequence[str] = (),
+    source: Scene | str | Path,
+    overrides: Overrides = (),
     *,
-    out: str | Path | None = None,
+    out: Out = None,
     force: bool = False,
     progress: Progress | bool = True,
     terms: Sequence[TermMaker] = (),
@@ -44,8 +50,8 @@ def tie(
 
     Args:
         source: a scene, or the file or shipped name of one.
-        overrides: changes of scene keys, such as {"contact.friction": 0.37}.
-        out: folder for a run directory; None runs in memory.
+        overrides: changes of scene keys, such as {"contact.friction": 0.37}; steps and rods by number or name.
+        out: folder for a run directory; True for runs/SCENE-N; None runs in memory.
         force: replace a run that is in the folder.
         progress: whether to show progress: a bar in a terminal or notebook, else a line of the log "knotfem" for each
             step; or an object that is told.
@@ -54,34 +60,51 @@ def tie(
         materials: laws of your own for the bulk of hexahedra, by the rod's name.
 
     Raises:
-        KnotfemError: a scene that is wrong, or what ended the run.
+        KnotfemError: a scene that is wrong, or what ended the run. Ctrl-C and the scene's time limit end it in order.
+            Of a run in memory the results so far are the attribute `run` of the error.
     """
-    additions = Additions(terms, obstacles, dict(materials or {}))
-    return _run(source, overrides, "tie", out, force, progress, additions)
+    task = Task(load_scene(source, overrides), "tie", Additions(terms, obstacles, dict(materials or {})))
+    return task.run_in_memory(progress) if _in_memory(out) else task.run_on_disk(_new(task.scene, out, force), progress)
 
 
 def pull(
-    source: Source,
-    overrides: Mapping[str, Any] | Sequence[str] = (),
+    source: Scene | Run | str | Path,
+    overrides: Overrides = (),
     *,
-    out: str | Path | None = None,
+    out: Out = None,
     force: bool = False,
     progress: Progress | bool = True,
     terms: Sequence[TermMaker] = (),
     obstacles: Sequence[Obstacle] = (),
     materials: Mapping[str, Any] | None = None,
 ) -> Run:
-    """Take all steps of a scene, tying first what is not tied yet; see `tie` for the arguments.
+    """Take all steps of a scene, tying first what is not tied yet.
 
-    Of a run the tied knot is taken up, with other steps, friction or effects where `overrides` say so.
+    Args:
+        source: a scene, a run whose tied knot is taken up, or the file, folder or shipped name of one.
+        overrides: changes of scene keys. Of a run that is tied they may concern what comes after tying: other steps,
+            friction or effects.
+        out: see `tie`; the folder of the run itself to go on in it.
+        force: see `tie`.
+        progress: see `tie`.
+        terms: see `tie`.
+        obstacles: see `tie`.
+        materials: see `tie`.
+
+    Raises:
+        KnotfemError: see `tie`.
     """
     additions = Additions(terms, obstacles, dict(materials or {}))
-    return _run(source, overrides, "pull", out, force, progress, additions)
+    run = _as_run(source)
+    if _in_memory(out):
+        return _pulling(source if run is None else run, overrides, additions).run_in_memory(progress)
+    directory = _going_on(run, overrides, out, force) if run else _new(_scene(source, overrides), out, force)
+    return Task(directory.scene, "pull", additions).run_on_disk(directory, progress)
 
 
 def resume(
     path: str | Path,
-    overrides: Mapping[str, Any] | Sequence[str] = (),
+    overrides: Overrides = (),
     *,
     progress: Progress | bool = True,
     terms: Sequence[TermMaker] = (),
@@ -94,135 +117,174 @@ def resume(
         path: the run directory.
         overrides: changes of keys under solver and output.
         progress: see `tie`.
-        terms, obstacles, materials: those that the run was begun with.
+        terms: those that the run was begun with.
+        obstacles: likewise.
+        materials: likewise.
+
+    Raises:
+        KnotfemError: see `tie`; also a checkpoint of an older version.
     """
     directory = RunDirectory.open(path)
     if overrides:
         directory.override(overrides)
     additions = Additions(terms, obstacles, dict(materials or {}))
-    with closing(_progress(progress)) as shown, directory.locked():
-        drive(directory.scene, directory, goal_of(directory), shown, additions=additions, figures=RunFigures())
-    return open_run(path)
+    return Task(directory.scene, goal_of(directory), additions).run_on_disk(directory, progress)
 
 
 def steps(
-    source: Source,
-    overrides: Mapping[str, Any] | Sequence[str] = (),
+    source: Scene | Run | str | Path,
+    overrides: Overrides = (),
     *,
     terms: Sequence[TermMaker] = (),
     obstacles: Sequence[Obstacle] = (),
     materials: Mapping[str, Any] | None = None,
 ) -> Iterator[TimeStepDone]:
-    """Yield the accepted time steps of a scene as they come, in memory; see `tie` for the arguments."""
-    additions = Additions(terms, obstacles, dict(materials or {}))
-    simulation = _simulation(source, overrides, "pull", additions, None)
-    for event in simulation.run():
-        if isinstance(event, TimeStepDone):
-            yield event
+    """Yield the accepted time steps of a scene as they come, in memory; see `pull` for the arguments.
 
-
-def open_run(path: str | Path) -> Run:
-    """The results in a run directory.
-
-    Raises:
-        InputError: no run is there.
+    Whoever takes them may end whenever they like; Ctrl-C and time limit are theirs.
     """
-    directory = RunDirectory.open(path)
-    return Run(DiskData(directory), directory.path.resolve().name)
-
-
-def compare(
-    *runs: Run | str | Path, locking: float | None = None, at: float | None = None, step: str | None = None
-) -> Comparison:
-    """Hold runs against the first of them; see `knotfem.results.compare.compare`."""
-    opened = [run if isinstance(run, Run) else open_run(run) for run in runs]
-    return compare_runs(opened, locking=locking, at=at, step=step)
-
-
-def _run(
-    source: Source,
-    overrides: Mapping[str, Any] | Sequence[str],
-    goal: str,
-    out: str | Path | None,
-    force: bool,
-    progress: Progress | bool,
-    additions: Additions,
-) -> Run:
-    with closing(_progress(progress)) as shown:
-        if out is None:
-            return _in_memory(source, overrides, goal, shown, additions)
-        directory = _directory(source, overrides, Path(out), force)
-        with directory.locked():
-            drive(directory.scene, directory, goal, shown, additions=additions, figures=RunFigures())
-    return open_run(directory.path)
-
-
-def _in_memory(
-    source: Source,
-    overrides: Mapping[str, Any] | Sequence[str],
-    goal: str,
-    progress: Progress,
-    additions: Additions,
-) -> Run:
-    simulation = _simulation(source, overrides, goal, additions, progress.message)
-    store = MemoryStore()
-    recorder = Recorder(simulation, store)
-    recorder.begin(None)
-    checkpoints: dict[str, dict[str, Any]] = {}
-    for event in simulation.run():
-        recorder.record(event)
-        if isinstance(event, PhaseDone):
-            if event.tied:
-                checkpoints["tied"] = simulation.checkpoint()
-        else:
-            progress.step(report_of(event))
-    checkpoints[""] = simulation.checkpoint()
-    data = MemoryData(simulation.scene, store, recorder.finish(), checkpoints)
-    return Run(data, simulation.scene.name)
-
-
-def _simulation(
-    source: Source,
-    overrides: Mapping[str, Any] | Sequence[str],
-    goal: str,
-    additions: Additions,
-    notify: Callable[[str], None] | None,
-) -> Simulation:
     run = _as_run(source)
-    scene = _scene_of(source if run is None else run.scene, overrides)
-    rods = source_rods(scene) if scene.tie.source is not None else None
-    simulation = Simulation(scene, goal, additions=additions, source=rods, notify=notify or LOG.info)
-    if run is not None:
-        tied = run.data.checkpoint("tied")
-        if tied is None:
-            raise InputError("not tied yet", file=run.path, expected="a run that tie or pull has brought that far")
-        RunDirectory.check_branch(run.scene, scene, run.path)
-        simulation.restore(tied)
-    return simulation
+    task = _pulling(source if run is None else run, overrides, Additions(terms, obstacles, dict(materials or {})))
+    return (event for event in task.simulation().run() if isinstance(event, TimeStepDone))
 
 
-def _directory(source: Source, overrides: Mapping[str, Any] | Sequence[str], out: Path, force: bool) -> RunDirectory:
-    run = _as_run(source)
-    if run is None:
-        return RunDirectory.create(_scene_of(source, overrides), out, force=force)
+@dataclass(frozen=True, eq=False)
+class Task:
+    """What is to be computed.
+
+    Attributes:
+        scene: what to run.
+        goal: "tie" or "pull".
+        additions: of the user's own.
+        run: whose tied knot is taken up, or None.
+        tied: its state.
+    """
+
+    scene: Scene
+    goal: str
+    additions: Additions
+    run: Run | None = None
+    tied: RunCheckpoint | None = None
+
+    def run_on_disk(self, directory: RunDirectory, progress: Progress | bool) -> Run:
+        """Bring a run directory to the goal."""
+        with closing(_progress(progress)) as shown:
+            shown.message(f"run directory {directory.path}")
+            with directory.locked():
+                drive(directory.scene, directory, self.goal, shown, additions=self.additions, figures=RunFigures())
+        return open_run(directory.path)
+
+    def run_in_memory(self, progress: Progress | bool) -> Run:
+        """Reach the goal without files."""
+        with closing(_progress(progress)) as shown, StopRequest(self.scene.solver.time_limit) as stop:
+
+            def heed_stop() -> None:
+                if stop.due:
+                    raise stop.error(KEPT)
+
+            simulation = self.simulation(heed_stop, shown.message)
+            recorder, checkpoints = Recorder(simulation, self._store()), {}
+            recorder.begin(self.tied)
+            try:
+                for event in simulation.run():
+                    recorder.record(event)
+                    if not isinstance(event, PhaseDone):
+                        shown.step(report_of(event))
+                    elif event.tied:
+                        checkpoints[TIED] = recorder.checkpoint()
+            except KnotfemError as error:
+                error.run = _finished(recorder, checkpoints)
+                raise
+            return _finished(recorder, checkpoints)
+
+    def simulation(self, interrupt: Interrupt | None = None, notify: Callable[[str], None] = LOG.info) -> Simulation:
+        """The simulation, at its beginning or at the tied knot."""
+        source = source_rods(self.scene) if self.scene.tie.source is not None else None
+        simulation = Simulation(
+            self.scene, self.goal, additions=self.additions, source=source, interrupt=interrupt, notify=notify
+        )
+        if self.tied is not None:
+            simulation.restore(self.tied.simulation)
+        return simulation
+
+    def _store(self) -> MemoryStore:
+        """Where results go, with those of the run whose tied knot is taken up but for its table of forces."""
+        if self.run is None or self.tied is None:
+            return MemoryStore()
+        fields = [(state, state.fields) for state in self.run.states[: self.tied.rows["series"]]]
+        states = [StoredState(s.time, s.displacement, Fields(f.points, f.point_data, f.cell_data)) for s, f in fields]
+        return MemoryStore({name: self.run.table(name) for name in self.tied.rows if name in TABLES}, states)
+
+
+def _finished(recorder: Recorder, checkpoints: dict[str, RunCheckpoint]) -> Run:
+    simulation = recorder.simulation
+    if simulation.mapped:
+        checkpoints[""] = recorder.checkpoint()
+    scene, store = simulation.scene, recorder.store
+    assert isinstance(store, MemoryStore)
+    return Run(MemoryData(scene, store, recorder.finish(), checkpoints), scene.name)
+
+
+def _pulling(source: Scene | Run | str | Path, overrides: Overrides, additions: Additions) -> Task:
+    """Take all steps of a scene, or those after tying from a run's tied knot."""
+    tied = source.data.checkpoint(TIED) if isinstance(source, Run) else None
+    scene = _scene(source, overrides)
+    if not isinstance(source, Run) or tied is None:
+        return Task(scene, "pull", additions)
+    RunDirectory.check_branch(source.scene, scene, source.path)
+    return Task(scene, "pull", additions, source, tied)
+
+
+def _scene(source: Scene | Run | str | Path, overrides: Overrides) -> Scene:
+    return load_scene(source.scene if isinstance(source, Run) else source, overrides)
+
+
+def _as_run(source: Scene | Run | str | Path) -> Run | None:
+    if isinstance(source, str | Path):
+        return open_run(source) if RunDirectory.is_run(source) else None
+    return source if isinstance(source, Run) else None
+
+
+def _in_memory(out: Out) -> bool:
+    return out is None or out is False
+
+
+def _folder(out: Out) -> Path | None:
+    """The folder that is named; None for one of runs/."""
+    return None if isinstance(out, bool) or out is None else Path(out)
+
+
+def _new(scene: Scene, out: Out, force: bool) -> RunDirectory:
+    """The folder of a new run, made once the run that it sets out from is known to be right."""
+    folder = _folder(out)
+    if scene.tie.source is not None:
+        source_rods(scene)
+        if folder is not None and folder.resolve() == Path(scene.tie.source):
+            raise _replaces(folder)
+    return RunDirectory.create(scene, folder, force=force)
+
+
+def _going_on(run: Run, overrides: Overrides, out: Out, force: bool) -> RunDirectory:
+    """The folder in which a run goes on: its own, or another with its tied knot."""
+    folder = _folder(out)
     if run.path is None:
-        raise InputError("a run in memory has no directory to go on from", expected="one that was made with out=")
-    return RunDirectory.open(run.path).branch(_scene_of(run.scene, overrides), out, force=force)
+        raise InputError("a run in memory has no files to go on from", expected="a run that was made with out=")
+    directory = RunDirectory.open(run.path)
+    if folder is not None and folder.resolve() == directory.path.resolve():
+        if force:
+            raise _replaces(folder)
+        if overrides:
+            directory.override(overrides)
+        return directory
+    scene = load_scene(directory.scene_file, overrides)
+    if not directory.tied:
+        return _new(scene, out, force)
+    run.data.checkpoint(TIED)  # that it can be read is known before a folder is made
+    return directory.branch(scene, folder, force=force)
 
 
-def _as_run(source: Source) -> Run | None:
-    if isinstance(source, Run):
-        return source
-    if isinstance(source, str | Path) and RunDirectory.is_run(source):
-        return open_run(source)
-    return None
-
-
-def _scene_of(source: Source, overrides: Mapping[str, Any] | Sequence[str]) -> Scene:
-    assert not isinstance(source, Run)
-    if isinstance(source, Scene) and not overrides:
-        return source
-    return load_scene(source, overrides)
+def _replaces(folder: Path) -> InputError:
+    return InputError("the run would replace its source", file=folder, expected="another folder")
 
 
 def _progress(progress: Progress | bool) -> Progress:

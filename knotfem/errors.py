@@ -10,9 +10,11 @@ class KnotfemError(Exception):
 
     Attributes:
         exit_code: process exit code of the command that lets the error through.
+        run: results up to the error (`knotfem.Run`) where a run in memory raised it, else None.
     """
 
     exit_code = 1
+    run: object | None = None
 
 
 class InputError(KnotfemError):

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from knotfem.errors import InputError
+from knotfem.results.data import open_run
 from knotfem.results.force import ForceCurve, force_curve, onset_of_locking
 from knotfem.results.profiles import CommonState, common_state, knot_length, profiles_apart, relative_l2
 from knotfem.results.run import Run
@@ -85,12 +86,12 @@ class Comparison:
 
 
 def compare(
-    runs: Sequence[Run], *, locking: float | None = None, at: float | None = None, step: str | None = None
+    *runs: Run | str | Path, locking: float | None = None, at: float | None = None, step: str | None = None
 ) -> Comparison:
     """Hold runs against the first of them.
 
     Args:
-        runs: two or more, of any model.
+        runs: two or more, of any model, or their run directories.
         locking: displacement at which the knot begins to lock [mm]; None finds where the first run's force does.
         at: displacement of the tension profiles [mm], or None.
         step: name of the step at whose end the tension profiles are taken, or None; with neither of both, the last
@@ -102,7 +103,8 @@ def compare(
     """
     if len(runs) < 2:
         raise InputError("nothing to compare", found=f"{len(runs)} run", expected="two or more")
-    curves = [force_curve(run, label) for run, label in zip(runs, _labels(runs), strict=True)]
+    opened = [run if isinstance(run, Run) else open_run(run) for run in runs]
+    curves = [force_curve(run, label) for run, label in zip(opened, _labels(opened), strict=True)]
     figures, onset = _records(curves), None
     pulled = all(curve.displacement.size for curve in curves)
     if pulled:

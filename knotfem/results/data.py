@@ -9,10 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from knotfem.results.run import Run
 from knotfem.results.states import RunState, disk_states, memory_states
+from knotfem.run.checkpoint import RunCheckpoint, read_checkpoint
 from knotfem.run.directory import RunDirectory
 from knotfem.run.memory import MemoryStore
 from knotfem.run.tables import read_table
+from knotfem.scene.load import Overrides
 from knotfem.scene.model import Scene
 
 Table = Mapping[str, np.ndarray]
@@ -51,14 +54,12 @@ class DiskData:
         """States of results.vtkhdf."""
         return disk_states(self.directory)
 
-    def checkpoint(self, name: str) -> dict[str, Any] | None:
-        """State of the simulation in a checkpoint."""
-        from knotfem.run.checkpoint import read_checkpoint
-
+    def checkpoint(self, name: str) -> RunCheckpoint | None:
+        """What a checkpoint holds."""
         store = self.directory.checkpoints
         path = store.named(name) if name else None
-        found = read_checkpoint(path) if path is not None else store.latest()
-        return None if found is None else found.state["simulation"]
+        found = read_checkpoint(path) if path is not None else None if name else store.latest()
+        return None if found is None else RunCheckpoint.of(found)
 
 
 class MemoryData:
@@ -68,13 +69,13 @@ class MemoryData:
         scene: that was run.
         store: of the recorder.
         summary: figures of the run.
-        checkpoints: states of the simulation by name, the last as "".
+        checkpoints: by name, the last as "".
     """
 
     path = None
 
     def __init__(
-        self, scene: Scene, store: MemoryStore, summary: dict[str, Any], checkpoints: dict[str, dict[str, Any]]
+        self, scene: Scene, store: MemoryStore, summary: dict[str, Any], checkpoints: Mapping[str, RunCheckpoint]
     ) -> None:
         self.scene, self.store = scene, store
         self._summary, self._checkpoints = summary, checkpoints
@@ -93,6 +94,22 @@ class MemoryData:
         """States whose fields are kept."""
         return memory_states(self.scene, self.store)
 
-    def checkpoint(self, name: str) -> dict[str, Any] | None:
-        """State of the simulation."""
+    def checkpoint(self, name: str) -> RunCheckpoint | None:
+        """State of the run."""
         return self._checkpoints.get(name)
+
+
+def open_run(path: str | Path, overrides: Overrides = ()) -> Run:
+    """The results in a run directory.
+
+    Args:
+        path: the folder.
+        overrides: changes of keys under solver and output with which it is to go on.
+
+    Raises:
+        InputError: no run is there, or an override of something else.
+    """
+    directory = RunDirectory.open(path)
+    if overrides:
+        directory.override(overrides)
+    return Run(DiskData(directory), directory.path.resolve().name)

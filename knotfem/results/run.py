@@ -14,6 +14,7 @@ from knotfem.errors import InputError
 from knotfem.results.force import ForceCurve, force_curve
 from knotfem.results.profile import StoredStates, TensionProfile, stored_states
 from knotfem.results.states import RunState
+from knotfem.run.checkpoint import RunCheckpoint
 from knotfem.scene.model import Scene
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ class RunData(Protocol):
         ...
 
     def table(self, name: str) -> Table:
-        """Columns of a table by its name ("force", "tension", "contacts", "twist", "tie"); empty where there is none."""
+        """Columns of a table by its name ("force", "tension", "contacts", "twist", "tie"); empty if there is none."""
         ...
 
     def summary(self) -> dict[str, Any]:
@@ -47,8 +48,8 @@ class RunData(Protocol):
         """Stored states."""
         ...
 
-    def checkpoint(self, name: str) -> dict[str, Any] | None:
-        """State of the simulation, the last or that of a name such as "tied"."""
+    def checkpoint(self, name: str) -> RunCheckpoint | None:
+        """The last checkpoint, for "", or that of a name such as "tied"; None where there is none."""
         ...
 
 

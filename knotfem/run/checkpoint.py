@@ -33,6 +33,41 @@ class Checkpoint:
     path: Path
 
 
+@dataclass(frozen=True, eq=False)
+class RunCheckpoint:
+    """What a checkpoint of a run holds.
+
+    Attributes:
+        simulation: see `knotfem.run.simulation.Simulation.checkpoint`.
+        summary: see `knotfem.run.summary.Summary.state`.
+        rows: of each table, of the log and of the time series, so far.
+    """
+
+    simulation: dict[str, Any]
+    summary: dict[str, Any]
+    rows: dict[str, int]
+
+    @classmethod
+    def of(cls, checkpoint: Checkpoint) -> RunCheckpoint:
+        """From a file.
+
+        Raises:
+            InputError: it is of an older version.
+        """
+        state = checkpoint.state
+        try:
+            return cls(state["simulation"], state["summary"], checkpoint.metadata["rows"])
+        except KeyError:
+            raise InputError(
+                "the checkpoint is of an older version", file=checkpoint.path, expected="a new run"
+            ) from None
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """For a file, without the rows."""
+        return {"simulation": self.simulation, "summary": self.summary}
+
+
 class CheckpointStore:
     """The checkpoints of a run, of which the newest and those with a name are kept.
 

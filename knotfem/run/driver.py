@@ -8,6 +8,7 @@ from typing import Any, Protocol
 
 from knotfem.errors import Interrupted, KnotfemError, NotConverged, Stopped
 from knotfem.models.base import Additions, Increment
+from knotfem.run.checkpoint import RunCheckpoint
 from knotfem.run.directory import TIED, RunDirectory
 from knotfem.run.disk import DiskStore
 from knotfem.run.progress import Progress, Silent
@@ -217,21 +218,21 @@ class Driver:
 
     def _save(self, name: str = "") -> None:
         with self.recorder.summary.output():
-            state = {"simulation": self.simulation.checkpoint(), "summary": self.recorder.summary.state()}
+            checkpoint = self.recorder.checkpoint()
             metadata = {
                 "goal": self.goal,
                 "next_step": self.simulation.next_step,
                 "inside": self.simulation.inside,
-                "rows": self.recorder.rows(),
+                "rows": checkpoint.rows,
             }
-            self.run.checkpoints.save(state, metadata, name)
+            self.run.checkpoints.save(checkpoint.state, metadata, name)
         self._saved = time.monotonic()
 
     def _restore(self) -> None:
-        checkpoint = self.run.checkpoints.latest()
-        if checkpoint is None:
-            self.recorder.begin(None)
+        latest = self.run.checkpoints.latest()
+        if latest is None:
+            self.recorder.begin()
             return
-        self.recorder.begin(checkpoint.metadata)
-        self.recorder.summary.restore(checkpoint.state["summary"])
-        self.simulation.restore(checkpoint.state["simulation"])
+        checkpoint = RunCheckpoint.of(latest)
+        self.recorder.begin(checkpoint)
+        self.simulation.restore(checkpoint.simulation)

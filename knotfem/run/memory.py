@@ -72,14 +72,12 @@ class MemorySeries:
 
     Args:
         mesh: of them.
-
-    Attributes:
         states: so far.
     """
 
-    def __init__(self, mesh: SeriesMesh) -> None:
+    def __init__(self, mesh: SeriesMesh, states: Sequence[StoredState] = ()) -> None:
         self.mesh = mesh
-        self.states: list[StoredState] = []
+        self.states = list(states)
 
     def append(self, time: float, displacement: float, fields: Fields) -> None:
         """Append a state."""
@@ -97,25 +95,34 @@ class MemorySeries:
 class MemoryStore:
     """Tables, series and log in memory.
 
+    Args:
+        earlier: columns of the tables of a run that this one goes on from, by the table's name.
+        earlier_states: its stored states.
+
     Attributes:
         tables: by name.
         states: the series, or None.
         records: of all steps.
     """
 
-    def __init__(self) -> None:
+    def __init__(
+        self, earlier: Mapping[str, Mapping[str, np.ndarray]] | None = None, earlier_states: Sequence[StoredState] = ()
+    ) -> None:
         self.tables: dict[str, MemoryTable] = {}
         self.states: MemorySeries | None = None
         self.records: list[dict[str, Any]] = []
+        self._earlier, self._earlier_states = dict(earlier or {}), earlier_states
 
     def table(self, name: str, columns: tuple[str, ...]) -> MemoryTable:
-        """A new table."""
-        self.tables[name] = MemoryTable(columns)
-        return self.tables[name]
+        """A table, with the rows that an earlier run has left."""
+        table = self.tables[name] = MemoryTable(columns)
+        earlier = self._earlier.pop(name, {})
+        table.extend(dict(zip(earlier, row, strict=True)) for row in zip(*earlier.values(), strict=True))
+        return table
 
     def series(self, mesh: Callable[[], SeriesMesh], kept: int | None) -> MemorySeries:
-        """A new series."""
-        self.states = MemorySeries(mesh())
+        """The series, with the first `kept` states of an earlier run."""
+        self.states = MemorySeries(mesh(), self._earlier_states[: kept or 0])
         return self.states
 
     def log(self, record: Mapping[str, Any]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from itertools import combinations
 from typing import Any
@@ -45,7 +46,8 @@ class KnotMonitor:
     """Names knots and finds strands that pass through each other.
 
     Args:
-        model: rods; their targets say how the ends are continued.
+        model: rods.
+        centrelines: of the tied rods, whose ends are continued [mm], shape [n, 3] each; None for those of the scene.
 
     Attributes:
         ends: of each rod, along its tangents: so knots are named.
@@ -53,13 +55,13 @@ class KnotMonitor:
             lie so that its continuation one way runs through the other rod.
     """
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: Model, centrelines: Sequence[np.ndarray] | None = None) -> None:
         self.model = model
-        targets = [target.points for target in model.targets]
-        every = np.concatenate(targets)
+        tied = [target.points for target in model.targets] if centrelines is None else centrelines
+        every = np.concatenate(tied)
         middle = 0.5 * (every.min(axis=0) + every.max(axis=0))
         self.ends, self.outward = [], []
-        for points in targets:
+        for points in tied:
             t = tangents(points)
             self.ends.append((-t[0], t[-1]))
             self.outward.append((points[0] - middle, points[-1] - middle))

@@ -132,14 +132,14 @@ class LiveBar:
             *columns, console=Console(file=None if _in_notebook() else stream), refresh_per_second=4, expand=True
         )
         self._clock, self._phase, self._task = _Clock(), "", None
-        self._bar.start()
 
     def message(self, text: str) -> None:
         """Write the text above the bar."""
         self._bar.console.print(text, markup=False, highlight=False)
 
     def step(self, report: StepReport) -> None:
-        """Redraw."""
+        """Redraw; the first step shows the bar."""
+        self._bar.start()
         left = self._clock.time_left(report)
         if self._task is None or report.phase != self._phase:
             self._finish_phase()

@@ -10,6 +10,7 @@ import numpy as np
 from knotfem.models.base import Increment, Model
 from knotfem.models.contacts import CONTACT_COLUMNS, contact_rows
 from knotfem.models.series import Fields, SeriesMesh
+from knotfem.run.checkpoint import RunCheckpoint
 from knotfem.run.columns import (
     FORCE_COLUMNS,
     FORCE_EXTRA,
@@ -107,14 +108,13 @@ class Recorder:
         self.simulation, self.store = simulation, store
         self.model: Model = simulation.model
         self.summary = Summary(self.model)
-        self.summary.figures["linear_solver"] = simulation.linear_solver
         self.mapping_times: list[float] = []
         self.stretches: list[np.ndarray] = []
         self._series: SeriesSink | None = None
         self._stored_before = 0
 
-    def begin(self, metadata: dict[str, Any] | None) -> None:
-        """Start the tables, or cut them back to the rows of a checkpoint."""
+    def begin(self, checkpoint: RunCheckpoint | None = None) -> None:
+        """Start tables and summary, or go on from those of a checkpoint."""
         names = [term.name for term in self.model.terms if term.role in (Role.RESISTANCE, Role.FIELD)]
         own = dict.fromkeys(energy_column(name) for name in names if energy_column(name) not in FORCE_EXTRA)
         columns = {
@@ -125,17 +125,24 @@ class Recorder:
             **({"twist": TWIST_COLUMNS} if self.model.segments else {}),
         }
         self.tables = {name: self.store.table(name, of_it) for name, of_it in columns.items()}
-        rows = metadata["rows"] if metadata else {}
+        rows = checkpoint.rows if checkpoint else {}
         for name, table in self.tables.items():
             table.keep(int(rows.get(name, 0)))
         self.store.keep_log(int(rows.get("log", 0)))
         self._stored_before = int(rows.get("series", 0))
         self.summary.begin()
+        if checkpoint:
+            self.summary.restore(checkpoint.summary)
+        self.summary.figures["linear_solver"] = self.simulation.linear_solver
         if self.model.scene.output.fields:
-            self._series = self.store.series(self.model.series_mesh, self._stored_before if metadata else None)
+            self._series = self.store.series(self.model.series_mesh, self._stored_before if checkpoint else None)
+
+    def checkpoint(self) -> RunCheckpoint:
+        """All that is needed to go on."""
+        return RunCheckpoint(self.simulation.checkpoint(), self.summary.state(), self.rows())
 
     def rows(self) -> dict[str, int]:
-        """Rows so far, for a checkpoint."""
+        """Rows so far."""
         series = self._stored_before if self._series is None else self._series.count
         return {**{name: table.rows for name, table in self.tables.items()}, "log": self.store.logged, "series": series}
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from knotfem.energy.balance import EnergyBalance, StepFigures
 from knotfem.energy.energies import Energies
-from knotfem.errors import InputError, KnotLost, NotConverged
-from knotfem.models.base import Additions, Equations, Increment
+from knotfem.errors import KnotLost, NotConverged
+from knotfem.models.base import Additions, Equations, Increment, Model
 from knotfem.models.build import build_model
 from knotfem.models.newton import newton_of
 from knotfem.models.rod.initial import SourceRod
@@ -120,6 +120,7 @@ class Simulation:
         goal: "tie" for the loose knot at rest, "pull" for all steps.
         additions: of the user's own.
         source: rods as another run has left them.
+        model: of the scene, made with what a scene cannot say, such as a cross-section of its own; None builds it.
         interrupt: called before each Newton iteration and after each step; what it raises ends the run as if the step
             had not begun.
         notify: is told what a user should know; a log by default.
@@ -144,12 +145,13 @@ class Simulation:
         *,
         additions: Additions | None = None,
         source: Sequence[SourceRod] | None = None,
+        model: Model | None = None,
         interrupt: Interrupt | None = None,
         notify: Callable[[str], None] = LOG.info,
     ) -> None:
         self.scene, self.goal, self.notify = scene, goal, notify
         self.interrupt = interrupt
-        self.model = build_model(scene, additions, source)
+        self.model = build_model(scene, additions, source) if model is None else model
         for warning in self.model.warnings:
             notify(f"warning: {warning}")
         self.balance = EnergyBalance(self.model)
@@ -161,6 +163,7 @@ class Simulation:
         self.linear_solver = available()[0] if scene.solver.linear == "auto" else scene.solver.linear
         self.mapped = False
         self.paths: list[CentrelinePath] = []
+        self._started_at: list[np.ndarray] | None = None
         self._underway: Underway | None = None
         self._system: System | None = None
 
@@ -168,6 +171,21 @@ class Simulation:
     def wanted(self) -> tuple[Step, ...]:
         """Steps of the scene that the goal asks for."""
         return self.scene.tying_steps if self.goal == "tie" else self.scene.steps
+
+    def start_at(self, state: State) -> None:
+        """Take the steps of the scene from this state, without a mapping.
+
+        Args:
+            state: tied rods. The ends of their centrelines, rather than those of the scene's, tell in which directions
+                the rods are continued where knots are named.
+        """
+        self.state, self.mapped = state, True
+        self._watch_from(self.model.centrelines(state.x))
+        self.knots_before = self.knots()
+
+    def _watch_from(self, centrelines: list[np.ndarray]) -> None:
+        self._started_at = centrelines
+        self.monitor = KnotMonitor(self.model, centrelines)
 
     def knots(self) -> Knots:
         """Knots of the present state."""
@@ -294,6 +312,7 @@ class Simulation:
             "underway": None if u is None else {"origin": _stored_state(u.origin), "before": u.before, "keys": u.keys},
             "balance": self.balance.state(),
             "knots_before": self.knots_before,
+            "started_at": self._started_at,
             "next_step": self.next_step,
         }
 
@@ -303,14 +322,10 @@ class Simulation:
         return "" if self._underway is None else self._underway.step.name
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Go on from a checkpoint.
-
-        Raises:
-            InputError: it is of an older version.
-        """
-        if "now" not in state:
-            raise InputError("the checkpoint is of an older version", expected="a new run")
+        """Go on from a checkpoint."""
         self.knots_before, self.next_step = state["knots_before"], int(state["next_step"])
+        if state.get("started_at") is not None:
+            self._watch_from(state["started_at"])
         now = _restored(state["now"])
         self.state, self.mapped = now.state, True
         self.balance.restore(state["balance"])

@@ -11,7 +11,7 @@ import numpy as np
 from knotfem.errors import InputError
 from knotfem.geometry.frames import tangents
 from knotfem.models.rod.initial import SourceRod
-from knotfem.run.checkpoint import read_checkpoint
+from knotfem.run.checkpoint import RunCheckpoint, read_checkpoint
 from knotfem.run.directory import SOURCE, TIED, RunDirectory
 from knotfem.run.files import read_json, write_json
 from knotfem.scene.model import Scene
@@ -58,7 +58,7 @@ def _read(scene: Scene) -> list[SourceRod]:
     from knotfem.models.solid.body import mesh_of
 
     path = tied if scene.tie.source_state == "tied" else source.checkpoints.paths()[-1]
-    x = np.asarray(read_checkpoint(path).state["simulation"]["now"]["state"]["x"])
+    x = np.asarray(RunCheckpoint.of(read_checkpoint(path)).simulation["now"]["state"]["x"])
     rods, first = [], 0
     for rod in source.scene.rods:
         mesh = mesh_of(rod)
