@@ -7,7 +7,8 @@ from specimens import make_rod
 
 from knotfem.errors import InputError, MissingDependency
 from knotfem.sparse import pardiso
-from knotfem.sparse.linear import SingularMatrixError, available, make_solver
+from knotfem.sparse.base import SingularMatrixError, checked
+from knotfem.sparse.linear import available, make_solver
 from knotfem.sparse.pattern import Matrix, Pattern
 
 
@@ -92,6 +93,14 @@ def test_solutions_that_are_not_finite_are_refused(name):
     matrix.data[matrix.pattern.csr[0][40]] = np.nan
     with pytest.raises(SingularMatrixError):
         solution_of(name, matrix)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_solutions_are_checked_in_one_place(value):
+    good = np.array([1.0, -2.0])
+    assert checked(good) is good
+    with pytest.raises(SingularMatrixError, match="not finite"):
+        checked(np.array([1.0, value]))
 
 
 def test_superlu_refuses_a_singular_matrix():
