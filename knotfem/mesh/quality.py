@@ -45,20 +45,25 @@ class QualityReport:
     min_volume_ratio: float
 
 
-def to_skfem(mesh: RodMesh, nodes: FloatArray | None = None) -> MeshHex:
+def to_skfem(mesh: RodMesh, nodes: FloatArray | None = None, *, corners_only: bool = False) -> MeshHex:
     """The rod as a scikit-fem mesh, whose hexahedra number their corners in another order than VTK.
 
     Args:
         mesh: the rod.
         nodes: positions in mm other than the reference, shape (N, 3).
+        corners_only: take quadratic hexahedra by their corners alone, numbered anew, and not as eight bricks each.
     """
     from skfem import ElementHex1, MeshHex
 
     corner = {tuple(x): i for i, x in enumerate(_VTK_CORNERS)}
     order = [corner[tuple(x)] for x in np.asarray(ElementHex1.refdom.p, dtype=np.float64).T]
+    places, cells = mesh.nodes if nodes is None else nodes, mesh.bricks
+    if corners_only and mesh.span == 2:
+        used, cells = np.unique(mesh.cells[:, :8], return_inverse=True)
+        places, cells = places[used], cells.reshape(-1, 8)
     return MeshHex(
-        np.ascontiguousarray((mesh.nodes if nodes is None else nodes).T),
-        np.ascontiguousarray(mesh.bricks[:, order].T),
+        np.ascontiguousarray(places.T),
+        np.ascontiguousarray(cells[:, order].T),
         sort_t=False,
         validate=False,
     )

@@ -26,6 +26,7 @@ from knotfem.solver.nonlinear.tolerance import Sections
 from knotfem.solver.term import Term
 
 if TYPE_CHECKING:
+    from knotfem.models.solid.projection import Projection
     from knotfem.terms.axial import AxialStiffness
 
 MERIT_AXIAL_STIFFNESS = 50.0
@@ -55,6 +56,13 @@ class SolidRod:
     core: AxialStiffness | None
     section_nodes: np.ndarray
     section_points: np.ndarray
+
+    @cached_property
+    def projection(self) -> Projection:
+        """From integration points to nodes; made when fields are first written."""
+        from knotfem.models.solid.projection import Projection
+
+        return Projection(self.mesh, self.bulk.formulation)
 
     @property
     def axis_nodes(self) -> np.ndarray:

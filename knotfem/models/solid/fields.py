@@ -7,19 +7,28 @@ from collections.abc import Sequence
 import numpy as np
 
 from knotfem.models.solid.body import Body
-from knotfem.models.solid.stress import stress_state
+from knotfem.models.solid.stress import stress_state, symmetric
 from knotfem.solver.term import Role, Term
-
-VOIGT = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
 
 
 def fields(body: Body, terms: Sequence[Term], x: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """Point and cell fields of a state: contact pressure; stress, largest principal strain, pressure, tension."""
+    """Point and cell fields of a state.
+
+    Points carry contact pressure, stress and largest principal strain (projected, see `Projection`); cells carry the
+    means of stress and pressure over each hexahedron, the largest principal strain of its mean, and the tension of its
+    slice.
+
+    Args:
+        body: rods.
+        terms: of the model.
+        x: positions [mm], shape [nodes, 3].
+    """
     stress, strain, pressure, tension = [], [], [], []
+    nodal_stress, nodal_strain = [], []
     for rod in body.rods:
         state = stress_state(x, rod.bulk)
         cauchy = state.cauchy.reshape(-1, 3, 3)
-        stress.append(np.stack([cauchy[:, i, j] for i, j in VOIGT], axis=1))
+        stress.append(symmetric(cauchy))
         strain.append(state.largest_principal_strain.ravel())
         pressure.append(-np.trace(cauchy, axis1=1, axis2=2) / 3.0)
         axial = np.einsum("sqgik,qg->sqik", state.first_piola, state.weights)[..., 2]
@@ -30,7 +39,14 @@ def fields(body: Body, terms: Sequence[Term], x: np.ndarray) -> tuple[dict[str, 
             rod.core.force.reshape(-1, rod.mesh.span).mean(axis=1) if rod.core is not None else 0.0
         )
         tension.append(np.repeat(force, rod.bulk.elements.shape[1]))
-    points = {"contact_pressure": _contact_pressure(body, terms)}
+        at_nodes = state.nodal(rod.projection)
+        nodal_stress.append(at_nodes[0])
+        nodal_strain.append(at_nodes[1])
+    points = {
+        "contact_pressure": _contact_pressure(body, terms),
+        "stress": np.concatenate(nodal_stress),
+        "largest_principal_strain": np.concatenate(nodal_strain),
+    }
     cells = {
         "stress": np.concatenate(stress),
         "largest_principal_strain": np.concatenate(strain),

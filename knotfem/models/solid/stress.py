@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from knotfem.models.material import Material
 from knotfem.models.solid.elasticity import Elasticity
+from knotfem.models.solid.projection import Projection
+
+VOIGT = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
+"""Components of a symmetric tensor in ParaView's order."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,18 +29,50 @@ class StressState:
     first_piola: np.ndarray
     weights: np.ndarray
 
+    @cached_property
+    def cauchy_points(self) -> np.ndarray:
+        """Cauchy stress [MPa] at the integration points, shape [slices, quads, points, 3, 3]."""
+        jacobian = np.linalg.det(self.deformation)
+        kirchhoff = np.einsum("sqgik,sqgjk->sqgij", self.first_piola, self.deformation)
+        return kirchhoff / jacobian[..., None, None]
+
     @property
     def cauchy(self) -> np.ndarray:
         """Cauchy stress [MPa], volume mean of each hexahedron, shape [slices, quads, 3, 3]."""
-        jacobian = np.linalg.det(self.deformation)
-        kirchhoff = np.einsum("sqgik,sqgjk->sqgij", self.first_piola, self.deformation)
-        return _mean(kirchhoff / jacobian[..., None, None], self.weights)
+        return _mean(self.cauchy_points, self.weights)
+
+    @cached_property
+    def right_cauchy_green(self) -> np.ndarray:
+        """F^T F at the integration points, shape [slices, quads, points, 3, 3]."""
+        return np.einsum("sqgki,sqgkj->sqgij", self.deformation, self.deformation)
 
     @property
     def largest_principal_strain(self) -> np.ndarray:
         """Largest principal logarithmic strain of each hexahedron's mean, shape [slices, quads]."""
-        right = np.einsum("sqgki,sqgkj->sqgij", self.deformation, self.deformation)
-        return 0.5 * np.log(np.linalg.eigvalsh(_mean(right, self.weights))[..., -1])
+        return largest_strain(_mean(self.right_cauchy_green, self.weights))
+
+    def nodal(self, projection: Projection) -> tuple[np.ndarray, np.ndarray]:
+        """Cauchy stress [MPa], shape [nodes, 6], and largest principal logarithmic strain, shape [nodes], projected.
+
+        Args:
+            projection: of this rod.
+        """
+        both = np.concatenate([symmetric(self.cauchy_points), symmetric(self.right_cauchy_green)], axis=-1)
+        nodal = projection.nodal(both)
+        right = np.empty((len(nodal), 3, 3))
+        for k, (i, j) in enumerate(VOIGT):
+            right[:, i, j] = right[:, j, i] = nodal[:, 6 + k]
+        return nodal[:, :6], largest_strain(right)
+
+
+def symmetric(tensors: np.ndarray) -> np.ndarray:
+    """Components xx, yy, zz, xy, yz, xz of symmetric tensors, shape [..., 6] from [..., 3, 3]."""
+    return np.stack([tensors[..., i, j] for i, j in VOIGT], axis=-1)
+
+
+def largest_strain(right: np.ndarray) -> np.ndarray:
+    """Largest principal logarithmic strain of right Cauchy-Green tensors, shape [...] from [..., 3, 3]."""
+    return 0.5 * np.log(np.maximum(np.linalg.eigvalsh(right)[..., -1], np.finfo(float).tiny))
 
 
 def stress_state(x: np.ndarray, elasticity: Elasticity) -> StressState:
