@@ -3,8 +3,10 @@ import pytest
 from derivatives import directional_error, gradient_error, residual, rotation, tangent
 from specimens import make_rod
 
-from knotfem.solver.constraints import driven, held, turned
-from knotfem.solver.term import Motion, StepStart
+from knotfem.geometry.finite_rotation import rotate
+from knotfem.solver.constraints import Prescribed, driven, held
+from knotfem.solver.state import Motion
+from knotfem.solver.term import TimeStep
 from knotfem.terms.load import EndForce, FollowingForce
 
 
@@ -19,7 +21,7 @@ def x(rod):
 
 
 def begin(load, x, time=2.0):
-    load.begin(StepStart(Motion.at_rest(x), time))
+    load.begin(TimeStep(Motion.at_rest(x), time))
     return load
 
 
@@ -72,12 +74,38 @@ def test_weights_like_a_section_coordinate_make_a_couple(rod):
     assert directional_error([load], x) < 1e-7
 
 
+def test_a_following_force_on_a_discrete_rod_has_its_tangent():
+    """One node carries it; the angle has no part in it."""
+    x = np.zeros((4, 4))
+    x[:, 2] = 2.0 * np.arange(4)
+    x += 0.1 * np.random.default_rng(0).standard_normal(x.shape)
+    load = begin(FollowingForce(np.array([3]), np.ones(1), 2, 3, lambda time: 1.5 * time), x)
+    t = (x[3] - x[2])[:3]
+    f = residual([load], x)
+    np.testing.assert_allclose(f[3, :3], -3.0 * t / np.linalg.norm(t))
+    assert not f[:3].any()
+    assert not f[:, 3].any()
+    assert directional_error([load], x) < 1e-7
+    dead = begin(EndForce(np.array([0]), np.ones(1), lambda time: np.array([time, 0.0, 0.0])), x)
+    np.testing.assert_allclose(residual([dead], x)[0], [-2.0, 0.0, 0.0, 0.0])
+
+
+def test_a_force_is_that_of_the_end_of_the_step(rod, x):
+    load = EndForce(rod.sections[-1], rod.end_weights, lambda time: np.array([time, 0.0, 0.0]))
+    load.begin(TimeStep(Motion.at_rest(x, 2.0), 0.5))
+    assert residual([load], x)[:, 0].sum() == pytest.approx(-2.5)
+    load.begin(TimeStep(Motion.at_rest(x, 2.0), 0.0))
+    assert residual([load], x)[:, 0].sum() == pytest.approx(-2.0)
+
+
 def test_prescribed_motions(rod):
     nodes = rod.sections[-1]
     X = rod.mesh.nodes[nodes]
     np.testing.assert_array_equal(held(nodes, X).positions(5.0), X)
     direction = np.array([0.0, 1.0, 0.0])
     np.testing.assert_allclose(driven(nodes, X, direction, lambda t: 2 * t).positions(3.0), X + 6.0 * direction)
-    quarter = turned(nodes, X, np.array([1.0, 0.0, 8.0]), np.array([0.0, 0.0, 5.0]), lambda t: t).positions(np.pi / 2)
+    centre, axis = np.array([1.0, 0.0, 8.0]), np.array([0.0, 0.0, 1.0])
+    turned = Prescribed(nodes, lambda time: centre + rotate(X - centre, axis, time))
+    quarter = turned.positions(np.pi / 2)
     expected = np.stack([1.0 - X[:, 1], X[:, 0] - 1.0, X[:, 2]], axis=1)
     np.testing.assert_allclose(quarter, expected, atol=1e-14)
