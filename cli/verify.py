@@ -16,7 +16,7 @@ from knotfem.errors import InputError, Stopped
 from knotfem_cli.common import Verb, output_option, shared_options
 
 if TYPE_CHECKING:
-    from knotfem.verify.verdict import Case, Verdict
+    from knotfem.verify.case import Case, Result
 
 
 @click.command(cls=Verb)
@@ -36,48 +36,48 @@ def verify(
 ) -> None:
     """Compare this installation with closed-form solutions, or run the hard cases.
 
-    Prints case, quantity, expected value, found value, deviation, verdict and seconds; ends with code 4 when a
-    verdict fails. -o writes the table as CSV, with sources and meshes, anew after each case. The cases have settings
-    of their own; no --set changes them. With --hard: whether each run finished, cutbacks, smallest J, penetration over
-    the diameter, knot before and after, energy error, what the case must besides, and wall seconds.
+    Prints case, quantity, expected value, found value, deviation, result and seconds; ends with code 4 when a check
+    fails. -o writes the table as CSV, with sources and meshes, again after each case. The cases have settings of their
+    own; no --set changes them. With --hard: whether each run finished, cutbacks, smallest J, penetration over the
+    diameter, knot before and after, energy error, what else the case must satisfy, and wall seconds.
 
     \b
     Example:
       knotfem verify
-      knotfem verify --only elastica --only torsion -o verdicts.csv
+      knotfem verify --only elastica --only torsion -o results.csv
       knotfem verify --hard --small
       knotfem verify --hard --only rough:overhand
     """
-    from knotfem.verify.verdict import judge, select
+    from knotfem.verify.case import check, select
 
     if overrides:
         raise InputError("the cases have settings of their own", key="--set", found=overrides[0])
     if small and not hard:
         raise InputError("only hard cases have small versions", key="--small", expected="--hard --small")
     cases = select(_cases(hard, small), only)
-    verdicts: list[Verdict] = []
+    results: list[Result] = []
     told = not quiet and log_format == "text"
-    _write(output, verdicts)
+    _write(output, results)
     try:
         for number, case in enumerate(cases, start=1):
             if told:
                 click.echo(f"{number}/{len(cases)} {case.name}: {case.title}", err=True)
             with _heeding_sigterm():
-                verdicts.append(judge(case))
-            _write(output, verdicts)
+                results.append(check(case))
+            _write(output, results)
             if log_format == "json":
-                for row in verdicts[-1].rows():
+                for row in results[-1].rows():
                     click.echo(json.dumps(row))
     finally:
-        if told and verdicts:
-            _show(verdicts, hard)
-    if not all(verdict.passed for verdict in verdicts):
+        if told and results:
+            _show(results, hard)
+    if not all(result.passed for result in results):
         click.get_current_context().exit(4)
 
 
 def _cases(hard: bool, small: bool) -> list[Case]:
     if hard:
-        from knotfem.verify.stress.cases import hard_cases
+        from knotfem.verify.stress.suite import hard_cases
 
         return hard_cases(small=small)
     from knotfem.verify.suite import closed_forms
@@ -99,17 +99,17 @@ def _heeding_sigterm() -> Iterator[None]:
         signal.signal(signal.SIGTERM, before)
 
 
-def _write(output: Path | None, verdicts: list[Verdict]) -> None:
+def _write(output: Path | None, results: list[Result]) -> None:
     if output is not None:
         from knotfem.run.tables import write_table
-        from knotfem.verify.verdict import table
+        from knotfem.verify.case import table
 
-        write_table(output, table(verdicts))
+        write_table(output, table(results))
 
 
-def _show(verdicts: list[Verdict], hard: bool) -> None:
+def _show(results: list[Result], hard: bool) -> None:
     if hard:
         from knotfem.verify.stress.display import show
     else:
         from knotfem.verify.display import show
-    show(verdicts)
+    show(results)

@@ -1,12 +1,12 @@
-"""All closed-form cases, in the order of the tables of docs/validation.md."""
+"""All cases with closed forms, in the order of the tables of docs/validation.md."""
 
 from __future__ import annotations
 
-from knotfem.verify.verdict import Case
+from knotfem.verify.case import Case
 
 
 def closed_forms() -> list[Case]:
-    """The suite of `knotfem verify`."""
+    """The cases of `knotfem verify`."""
     from knotfem.verify.benchmarks import (
         bending,
         capstan,

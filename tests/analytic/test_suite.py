@@ -2,8 +2,8 @@
 
 import pytest
 
+from knotfem.verify.case import Case, check
 from knotfem.verify.suite import closed_forms
-from knotfem.verify.verdict import Case, judge
 
 
 def parameters() -> list:
@@ -12,8 +12,8 @@ def parameters() -> list:
 
 @pytest.mark.parametrize("case", parameters())
 def test_closed_form(case: Case) -> None:
-    verdict = judge(case)
-    for quantity in verdict.quantities:
+    result = check(case)
+    for quantity in result.quantities:
         expected, found, deviation = quantity.shown
         print(f"\n{case.name}, {quantity.name}: expected {expected}, found {found}, {deviation}", end="")
-    assert verdict.passed, [(q.name, q.condition, q.shown) for q in verdict.quantities if not q.passed] or verdict.error
+    assert result.passed, [(q.name, q.condition, q.shown) for q in result.quantities if not q.passed] or result.error

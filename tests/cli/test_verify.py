@@ -11,8 +11,8 @@ from click.testing import CliRunner
 
 from knotfem.errors import Interrupted, KnotfemError, NotConverged, Stopped
 from knotfem.verify import suite
-from knotfem.verify.stress import cases as hard
-from knotfem.verify.verdict import Case, Quantity
+from knotfem.verify.case import Case, Quantity
+from knotfem.verify.stress import suite as hard
 from knotfem_cli.verify import verify
 
 
@@ -59,7 +59,7 @@ def test_all_green() -> None:
 
 
 @pytest.mark.parametrize("name", ["one", "one:b", "two"])
-def test_a_failed_verdict_ends_with_4(name: str) -> None:
+def test_a_failed_check_ends_with_4(name: str) -> None:
     result = CliRunner().invoke(verify, ["--only", name])
     assert result.exit_code == 4
     assert "FAIL" in result.output
@@ -81,14 +81,14 @@ def test_json_and_csv_hold_the_same(tmp_path: Path) -> None:
     lines = [json.loads(line) for line in result.output.splitlines()]
     with (tmp_path / "table.csv").open() as file:
         rows = list(csv.DictReader(file))
-    assert [row["verdict"] for row in rows] == [line["verdict"] for line in lines] == ["pass", "pass", "FAIL", "FAIL"]
+    assert [row["result"] for row in rows] == [line["result"] for line in lines] == ["pass", "pass", "FAIL", "FAIL"]
     assert [row["case"] for row in rows] == ["one:a", "one:a", "one:b", "two"]
     assert float(rows[0]["found"]) == lines[0]["found"] == 1.004
     assert "no balance" in rows[3]["quantity"]
 
 
 @pytest.mark.parametrize(("kind", "code"), [(Interrupted, 130), (Stopped, 75)])
-def test_a_stopped_suite_keeps_the_verdicts_before(
+def test_a_stopped_suite_keeps_the_results_before(
     kind: type[KnotfemError], code: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     def stops() -> list[Quantity]:

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from knotfem.contact.penalty import Penalty
+from knotfem.contact.law import Penalty
 from knotfem.verify.benchmarks.hertz import RADIUS, YOUNGS, Crossing, half_space, sector
 
 
@@ -36,7 +36,7 @@ def test_sector_is_part_of_the_disc():
 
 
 def test_rods_cross_and_touch_at_the_origin():
-    crossing = Crossing(48, 4, 8, Penalty(50.0, 0.005, 0.1), 0.5)
+    crossing = Crossing(48, 4, 8, Penalty(50.0, 0.005), 0.5)
     lower, upper = crossing.X[: crossing.count], crossing.X[crossing.count :]
     assert lower[:, 2].max() == pytest.approx(0.0, abs=1e-12)
     assert upper[:, 2].min() == pytest.approx(0.0, abs=1e-12)

@@ -9,12 +9,23 @@ import numpy as np
 from knotfem.solver.constraints import Prescribed, held
 from knotfem.solver.schemes import Scheme
 from knotfem.solver.system import System
-from knotfem.solver.term import Motion, StepStart, Term
+from knotfem.solver.term import Term, TimeStep
 from knotfem.sparse.linear import make_solver
 from knotfem.terms.gravity import Gravity
 from knotfem.terms.load import EndForce, FollowingForce
-from knotfem.verify.benchmarks.rods import WHOLE_STEPS, Rod, arrive, beam_clamp, bent_into_arc, make_rod, march, static
-from knotfem.verify.verdict import Case, Quantity
+from knotfem.verify.benchmarks.rods import (
+    WHOLE_STEPS,
+    Rod,
+    accepted_steps,
+    at_rest,
+    beam_clamp,
+    bent_into_arc,
+    cross_sections,
+    final_state,
+    make_rod,
+    static,
+)
+from knotfem.verify.case import Case, Quantity
 
 X_AXIS = np.array([1.0, 0.0, 0.0])
 
@@ -26,17 +37,18 @@ class GrowingWeight(Gravity):
         super().__init__(mass, acceleration)
         self.full = acceleration
 
-    def begin(self, start: StepStart) -> None:
-        self.acceleration = self.full * start.end
+    def begin(self, step: TimeStep) -> None:
+        self.acceleration = self.full * step.end
 
 
 def loaded(rod: Rod, loads: list[Term]) -> np.ndarray:
     """Centreline of a cantilever under loads that grow within one second, shape [sections, 3]."""
     x = rod.mesh.nodes
-    system = System([*rod.effects, *loads], len(x), make_solver("auto"), Scheme(), beam_clamp(rod))
-    start = Motion.at_rest(x)
-    steps = march(system, start, rod.section_index, [1.0], first=0.25, largest=0.25, move=1e3, settings=WHOLE_STEPS)
-    return arrive(steps)[rod.axis]
+    system = System([*rod.terms, *loads], len(x), make_solver("auto"), Scheme(), beam_clamp(rod))
+    steps = accepted_steps(
+        system, at_rest(x), cross_sections(rod), [1.0], first=0.25, largest=0.25, move=1e3, newton=WHOLE_STEPS
+    )
+    return final_state(steps).x[rod.axis]
 
 
 def elastica(
@@ -84,9 +96,9 @@ def roll_up() -> list[Quantity]:
         rod.sections[-1], -rod.couple_weights(0), int(rod.axis[-2]), int(rod.axis[-1]), lambda t: moment * t
     )
     x = bent_into_arc(rod, 1.8 * np.pi)
-    system = System([*rod.effects, couple], len(x), make_solver("auto"), Scheme(), beam_clamp(rod))
-    start = Motion.at_rest(x, 0.9)
-    line = arrive(march(system, start, rod.section_index, [1.0], first=0.025, settings=WHOLE_STEPS))[rod.axis]
+    system = System([*rod.terms, couple], len(x), make_solver("auto"), Scheme(), beam_clamp(rod))
+    steps = accepted_steps(system, at_rest(x, 0.9), cross_sections(rod), [1.0], first=0.025, newton=WHOLE_STEPS)
+    line = final_state(steps).x[rod.axis]
     return [
         Quantity("end gap / L", float(np.linalg.norm(line[-1] - line[0])) / 120.0, 0.005, kind="at most"),
         Quantity("diameter / (L / pi)", float(np.ptp(line[:, 0])) * np.pi / 120.0, 1.0, 0.005),
@@ -103,7 +115,7 @@ def pure_bending(section: int, match_bending: bool, element: str, expected: floa
     centre = np.array([radius, 0.0, radius])
     plate = centre + (X[far] - [0.0, 0.0, 60.0]) @ turn.T
     ends = [held(near, X[near]), Prescribed(far, lambda time: plate)]
-    x, system, _ = static(rod.effects, bent_into_arc(rod, angle), ends, rod.section_index, tolerance=1e-7)
+    x, system, _ = static(rod.terms, bent_into_arc(rod, angle), ends, cross_sections(rod), tolerance=1e-7)
     force = system.residual(x)[far]
     moment = float(np.cross(x[far] - centre, force).sum(axis=0)[1])
     return [Quantity("M [N mm]", moment, expected, 0.01)]

@@ -1,6 +1,6 @@
-"""A rod over a rigid cylinder, half a turn: friction with the thickness counted, and bending against tension.
+"""A rod over a rigid cylinder, half a turn: friction of a rod with a thickness, and bending against tension.
 
-The cylinder's axis is y, the ends hang down along -z.
+The axis of the cylinder, here called the drum, is y; the ends of the rod hang down along -z.
 """
 
 from __future__ import annotations
@@ -11,25 +11,35 @@ from functools import partial
 import numpy as np
 from scipy.optimize import root_scalar
 
-from knotfem.contact.penalty import Penalty
-from knotfem.contact.tube_cylinder import Cylinder, CylinderFriction
+from knotfem.contact.friction import Friction
+from knotfem.contact.law import Penalty
+from knotfem.contact.obstacle import ObstacleContact
+from knotfem.contact.obstacle_friction import AnchoredFriction
+from knotfem.contact.rigid import Cylinder
 from knotfem.geometry.frames import rotation_minimising_frame
-from knotfem.models.solid.core import Core
 from knotfem.models.solid.elasticity import Elasticity
 from knotfem.models.solid.formulation import brick_formulation
 from knotfem.models.solid.resultants import Resultants, resultants
 from knotfem.solver.constraints import Prescribed, driven, held
-from knotfem.solver.nonlinear.newton import NewtonSettings
 from knotfem.solver.schemes import Scheme
-from knotfem.solver.stepping.integrator import March
+from knotfem.solver.state import State
 from knotfem.solver.system import System
-from knotfem.solver.term import Motion, Term
+from knotfem.solver.term import Term
 from knotfem.sparse.linear import make_solver
+from knotfem.terms.axial import AxialStiffness
 from knotfem.terms.inertia import Drag
 from knotfem.terms.load import EndForce
 from knotfem.tie.sweep import swept_state
-from knotfem.verify.benchmarks.rods import Rod, arrive, make_rod, march, surfaces
-from knotfem.verify.verdict import Case, Quantity
+from knotfem.verify.benchmarks.rods import (
+    Rod,
+    accepted_steps,
+    at_rest,
+    cross_sections,
+    final_state,
+    make_rod,
+    surfaces,
+)
+from knotfem.verify.case import Case, Quantity
 
 RADIUS, DRUM = 3.0, 10.0
 MIDDLE = RADIUS + DRUM
@@ -47,7 +57,7 @@ def thick_capstan(mu: float) -> float:
 
 @dataclass(eq=False)
 class Part:
-    """Slices of one natural shape.
+    """Slices of a rod of one natural curvature.
 
     Attributes:
         sections: nodes of each of their cross-sections.
@@ -57,45 +67,45 @@ class Part:
 
     sections: np.ndarray
     bulk: Elasticity
-    core: Core | None
+    core: AxialStiffness | None
 
     @property
-    def effects(self) -> list[Term]:
+    def terms(self) -> list[Term]:
+        """Bulk and core."""
         return [self.bulk] if self.core is None else [self.bulk, self.core]
 
 
 @dataclass(eq=False)
 class Draped:
-    """A rod over the drum, a little above it, and what acts on it.
+    """A rod over the drum, a little above it, and the terms of both.
 
     Attributes:
         rod: straight.
         x: draped positions [mm].
         band: the part on the drum.
-        drum: contact with it.
-        effects: of the rod and the drum.
+        drum: contact with the drum.
+        terms: of the rod and the drum.
     """
 
     rod: Rod
     x: np.ndarray
     band: Part
-    drum: Cylinder
-    effects: list[Term]
+    drum: ObstacleContact
+    terms: list[Term]
 
     def end_force(self, end: int, size: float) -> EndForce:
-        """A weight on an end, full from 1 s on."""
+        """A dead force downwards on an end, which rises linearly to `size` [N] within 1 s."""
         rod = self.rod
         stiffness = rod.youngs * rod.area * rod.end_weights
         if rod.core is not None:
-            stiffness[rod.mesh.section.axis] += rod.core.axial_stiffness
+            stiffness[rod.mesh.section.axis] += rod.core.view.stiffness[0]
         return EndForce(rod.sections[end], stiffness / stiffness.sum(), lambda time: size * min(time, 1.0) * DOWN)
 
-    def march(self, loads: list[Term], prescribed: list[Prescribed], stop: float, motion: Motion) -> March:
-        """Steps under loads, from a motion."""
-        system = System([*self.effects, *loads], len(self.x), make_solver("auto"), Scheme(), prescribed)
-        settings = NewtonSettings(force_tolerance=1e-5, resultant_tolerance=1e-4)
-        sections = self.rod.section_index
-        return march(system, motion, sections, [stop], first=0.05, largest=1.0, move=3.0, settings=settings)
+    def loaded(self, loads: list[Term], prescribed: list[Prescribed], end: float, state: State) -> tuple[State, System]:
+        """The state at a time [s] under loads, from an earlier one, and the equations in it."""
+        system = System([*self.terms, *loads], len(self.x), make_solver("auto"), Scheme(), prescribed)
+        steps = accepted_steps(system, state, cross_sections(self.rod), [end], first=0.05, largest=1.0, move=3.0)
+        return final_state(steps), system
 
     def angles(self, x: np.ndarray) -> np.ndarray:
         """Polar angle of the axis nodes of the band from the drum's top, shape [sections]."""
@@ -116,7 +126,7 @@ def drape(
     *,
     core: float = 0.0,
     mu: float = 0.0,
-    moulded: bool = False,
+    naturally_curved: bool = False,
     ramp: float = RADIUS / 15.0,
 ) -> Draped:
     """A rod over the drum with tails of a length [mm].
@@ -127,9 +137,9 @@ def drape(
         section: elements of the section.
         bending: stiffness B [N mm^2].
         core: EA [N].
-        mu: friction.
-        moulded: whether the middle half turn is curved by nature, so that bending has no part in what happens.
-        ramp: of the penalty, which is otherwise the default; half of it is the stick distance [mm].
+        mu: coefficient of friction.
+        naturally_curved: whether the middle half turn is free of stress on the drum, so that bending plays no part.
+        ramp: of the penalty [mm], whose stiffness is the default; half of it is the stick distance.
     """
     half = round(0.5 * np.pi * MIDDLE / spacing)
     straight = round(tail / spacing)
@@ -143,22 +153,22 @@ def drape(
     drop = chord * np.arange(straight, 0, -1)[:, None] * DOWN
     points = np.concatenate([arc[0] + drop, arc, (arc[-1] + drop)[::-1]])
     frames = rotation_minimising_frame(points, start=np.array([-1.0, 0.0, 0.0]))
-    x = swept_state(points, frames, rod.points, poisson=0.0 if moulded else 0.5).reshape(-1, 3)
-    law = Penalty(8.0 * youngs, ramp, 0.5 * ramp)
-    drum = Cylinder(surfaces([rod], 0.25 * RADIUS)[1], law, np.zeros(3), np.array([0.0, 1.0, 0.0]), DRUM)
+    x = swept_state(points, frames, rod.points, poisson=0.0 if naturally_curved else 0.5).reshape(-1, 3)
+    cylinder = Cylinder(np.zeros(3), np.array([0.0, 1.0, 0.0]), DRUM)
+    drum = ObstacleContact(*surfaces([rod], 0.25 * RADIUS), Penalty(8.0 * youngs, ramp), cylinder)
     parts = [_part(rod, 0, slices)]
-    if moulded:
+    if naturally_curved:
         ends = (0, straight, slices - straight, slices)
         parts = [_part(rod, ends[k], ends[k + 1], turn if k == 1 else 0.0) for k in range(3)]
-    effects: list[Term] = [effect for part in parts for effect in part.effects]
-    effects += [Drag(rod.mass, 20.0), drum]
+    terms: list[Term] = [term for part in parts for term in part.terms]
+    terms += [Drag(rod.mass, 20.0), drum]
     if mu > 0.0:
-        effects.append(CylinderFriction(drum, np.array([mu])))
-    return Draped(rod, x, parts[len(parts) // 2], drum, effects)
+        terms.append(Friction(drum, AnchoredFriction(0.5 * ramp), np.array([mu])))
+    return Draped(rod, x, parts[len(parts) // 2], drum, terms)
 
 
 def _part(rod: Rod, first: int, last: int, turn: float = 0.0) -> Part:
-    """Slices from section `first` to section `last`, each turning by an angle about the drum's axis by nature."""
+    """Slices from section `first` to section `last`, each naturally curved by an angle about the drum's axis."""
     bulk, core = rod.bulk, rod.core
     form = bulk.formulation
     if turn > 0.0:
@@ -168,34 +178,37 @@ def _part(rod: Rod, first: int, last: int, turn: float = 0.0) -> Part:
             out = MIDDLE + quads[..., 0]
             faces.append(np.stack([out * np.cos(angle) - MIDDLE, quads[..., 1], out * np.sin(angle)], axis=-1))
         form = brick_formulation("hex8-reduced", np.concatenate(faces, axis=1))
-    part = Elasticity(bulk.elements[first:last], form, bulk.shear_modulus, bulk.bulk_modulus)
-    truss = Core(core.edges[first:last], core.edge_length, core.axial_stiffness) if core is not None else None
-    return Part(rod.sections[first : last + 1], part, truss)
+    part = Elasticity(bulk.elements[first:last], form, bulk.material, bulk.bulk_modulus)
+    return Part(rod.sections[first : last + 1], part, None if core is None else _part_of_core(core, first, last))
+
+
+def _part_of_core(core: AxialStiffness, first: int, last: int) -> AxialStiffness:
+    edges, chosen = core.view, slice(first, last)
+    merit = core.merit_stiffness[chosen]
+    return AxialStiffness("core", edges.nodes[chosen], edges.length[chosen], edges.stiffness[chosen], merit, 3)
 
 
 def slips(draped: Draped, weight: float, distance: float) -> tuple[float, float]:
-    """A weight on one end, the other end pulled down until all of the rod slips.
+    """A weight [N] on one end, the other end pulled down by a distance [mm] at which all of the rod slips.
 
     Returns:
         d ln T / d phi within 45 degrees of the top, and the ratio of the end forces.
     """
     rod, load = draped.rod, draped.end_force(-1, weight)
     first = rod.sections[0]
-    steps = draped.march([load], [held(first, draped.x[first])], 1.0, Motion.at_rest(draped.x))
-    arrive(steps)
-    motion = steps.progress.motion
-    pull = driven(first, motion.x[first], DOWN, lambda time: distance * (time - 1.0))
-    steps = draped.march([load], [pull], 2.0, motion)
-    x = arrive(steps)
+    state, _ = draped.loaded([load], [held(first, draped.x[first])], 1.0, at_rest(draped.x))
+    pull = driven(first, state.x[first], DOWN, lambda time: distance * (time - 1.0))
+    state, system = draped.loaded([load], [pull], 2.0, state)
+    x = state.x
     angle, tension = draped.angles(x), draped.resultants(x).tension
     band = np.abs(angle) < 0.25 * np.pi
     rate = -float(np.polyfit(angle[band], np.log(tension[band]), 1)[0])
-    return rate, -float(steps.system.residual(x)[first, 2].sum()) / weight
+    return rate, -float(system.residual(x)[first, 2].sum()) / weight
 
 
-def moulded(mu: float) -> list[Quantity]:
-    """The limit T >> B / rho^2 without flattening of the section: a rod that bends by nature, lightly loaded."""
-    draped = drape(20.0, 1.0, 12, 90.65, core=CORE, mu=mu, moulded=True, ramp=0.05)
+def naturally_curved(mu: float) -> list[Quantity]:
+    """The limit T >> B / rho^2 without flattening of the section: a naturally curved rod, lightly loaded."""
+    draped = drape(20.0, 1.0, 12, 90.65, core=CORE, mu=mu, naturally_curved=True, ramp=0.05)
     rate, ratio = slips(draped, 0.5, 0.3)
     expected = thick_capstan(mu)
     return [
@@ -205,16 +218,17 @@ def moulded(mu: float) -> list[Quantity]:
 
 
 def straight(mu: float) -> list[Quantity]:
-    """The paper's rod, straight by nature, T1 = 3 N = 5.6 B / rho^2."""
+    """The paper's rod, naturally straight, T1 = 3 N = 5.6 B / rho^2."""
     _, ratio = slips(drape(30.0, 2.0, 12, 90.65, core=CORE, mu=mu), 3.0, 4.0)
     return [Quantity("T2 / T1", ratio, float(np.exp(thick_capstan(mu) * np.pi)), 0.05)]
 
 
 def hung(forces: list[float]) -> list[Quantity]:
-    """A frictionless rod with a weight on either end: from touching at a point to lying on.
+    """A frictionless rod with a weight on either end: contact at a point becomes contact along a band.
 
-    In the plane of a thin rod the band reaches from -beta to beta with sin beta = 1 - T* / T and a force at either of
-    its ends; all contact forces, each by its size, then sum to 2 T (cos beta + beta sin beta). T* is found from that.
+    For a thin rod the band of contact extends over the angles from -beta to beta, with sin beta = 1 - T* / T, and
+    carries a point force at either end. The magnitudes of all contact forces then sum to 2 T (cos beta + beta sin
+    beta), from which T* follows.
     """
     bending, tail = 89.4, 80.0
     draped = drape(tail, 2.0, 12, bending, ramp=0.05)
@@ -234,19 +248,18 @@ def hung(forces: list[float]) -> list[Quantity]:
         Prescribed(ends, lambda time: X[ends], components=(False, True, False)),
     ]
     quantities = []
-    motion = Motion.at_rest(X)
+    state = at_rest(X)
     for time, force in zip(times, forces, strict=True):
-        steps = draped.march(loads, supports, time, motion)
-        x = arrive(steps)
-        motion = steps.progress.motion
-        whole = float(draped.drum.force.sum()) / (2.0 * force)
+        state, _ = draped.loaded(loads, supports, time, state)
+        x, pressing = state.x, draped.drum.touch.force
+        whole = float(pressing.sum()) / (2.0 * force)
         beta = float(root_scalar(lambda b, w=whole: np.cos(b) + b * np.sin(b) - w, bracket=(0.0, 1.5)).root)
         onset = force * (1.0 - np.sin(beta))
         quantities.append(
             Quantity("T* [N]", onset, bending / (2.0 * MIDDLE**2), 0.1, condition=f"from contact at T = {force:g} N")
         )
         r = draped.resultants(x)
-        pressed = np.bincount(np.round(draped.drum.samples.u).astype(int), weights=draped.drum.force)
+        pressed = np.bincount(np.round(draped.drum.samples.u).astype(int), weights=pressing)
         away = np.flatnonzero(pressed > 0.0)[-1] + 3
         invariant = (r.tension + r.bending_moment**2 / (2.0 * bending))[away:-2] / force
         worst = float(invariant[np.abs(invariant - 1.0).argmax()])
@@ -259,11 +272,11 @@ _LAW = "mu a Lambda^2 + Lambda = mu (1 - a)"
 CASES = [
     Case(
         "capstan",
-        partial(moulded, 0.33),
-        "half a turn, T >> B / rho^2: a rod curved by nature",
+        partial(naturally_curved, 0.33),
+        "half a turn, T >> B / rho^2: a naturally curved rod",
         _LAW,
         "40 x 12 and tails, h = 1, one point along; ramp 0.05, stick 0.025 mm",
-        "moulded",
+        "naturally-curved",
     ),
     Case(
         "capstan",
@@ -276,7 +289,7 @@ CASES = [
     Case(
         "point-to-band",
         partial(hung, [0.5, 0.4]),
-        "a frictionless rod hung over a drum by its ends",
+        "a frictionless rod over a drum, a weight on either end",
         "B / 2 rho^2",
         "hex8-reduced, 100 x 12, h = 2; ramp 0.05 mm",
     ),

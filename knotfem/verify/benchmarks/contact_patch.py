@@ -1,7 +1,8 @@
 """Two parallel rods of different meshes pressed together between frictionless end plates: uniform along their length.
 
-Looked at one diameter away from the ends. At an end the spline gives the last section a share of 0.54 of what one in
-the middle has, trilinear bricks would want 0.5: within half a diameter of it the pressure differs by up to a fifth.
+The line force is compared at more than a diameter from the ends. At an end the spline gives the last section 0.54 times
+the weight of a section in the middle, trilinear bricks would need 0.5: within half a diameter of the end the pressure
+differs by up to a fifth.
 """
 
 from __future__ import annotations
@@ -10,20 +11,20 @@ from functools import partial
 
 import numpy as np
 
-from knotfem.contact.penalty import Penalty
-from knotfem.contact.tube_contact import Contact
+from knotfem.contact.law import Penalty
+from knotfem.contact.pairs import PairContact
 from knotfem.solver.constraints import Prescribed
-from knotfem.verify.benchmarks.rods import Rod, make_rod, static, surfaces
-from knotfem.verify.verdict import Case, Quantity
+from knotfem.verify.benchmarks.rods import Rod, cross_sections, make_rod, static, surfaces
+from knotfem.verify.case import Case, Quantity
 
 RADIUS, LENGTH, YOUNGS = 3.0, 30.0, 1.425
 
 
-def line_force(contact: Contact, rod: int, length: float) -> np.ndarray:
+def line_force(contact: PairContact, rod: int, length: float) -> np.ndarray:
     """Force per length [N/mm] on the samples of a rod around each of their stations, ends left out."""
-    s = contact.samples
+    s, pairs = contact.samples, contact.pairs
     own = s.rod == rod
-    force = np.bincount(contact.pairs[:, 0], weights=contact.force, minlength=s.u.size)[own]
+    force = np.bincount(pairs.sample, weights=pairs.force, minlength=s.count)[own]
     stations, where = np.unique(s.u[own], return_inverse=True)
     along = length * stations / stations[-1]
     inner = (along > 2.0 * RADIUS) & (along < length - 2.0 * RADIUS)
@@ -47,9 +48,8 @@ def pressed(approach: float, slices: tuple[int, int], sections: tuple[int, int])
         Prescribed(axes, lambda time: goal[axes], components=(True, True, False)),
         Prescribed(plates, lambda time: x[plates], components=(False, False, True)),
     ]
-    contact = Contact(*surfaces(rods, 0.25 * RADIUS), Penalty(8.0 * YOUNGS, RADIUS / 15.0, RADIUS / 30.0))
-    sections_of = np.concatenate([lower.section_index, lower.mesh.slices + 1 + upper.section_index])
-    static([lower.bulk, upper.bulk, contact], goal, supports, sections_of, tolerance=1e-8)
+    contact = PairContact(*surfaces(rods, 0.25 * RADIUS), Penalty(8.0 * YOUNGS, RADIUS / 15.0))
+    static([lower.bulk, upper.bulk, contact], goal, supports, cross_sections(lower, upper), tolerance=1e-8)
     lines = [line_force(contact, rod, LENGTH) for rod in (0, 1)]
     return [
         Quantity(f"q {name} / q mean", float(bound(line)) / float(line.mean()), 1.0, 0.01, condition=f"{rod} rod")

@@ -1,8 +1,8 @@
 """Crossed cylinders against Hertz.
 
 Hertz's approach is that of points far inside two half-spaces. Rods of finite radius, held at their axes or ends, are
-stiffer by a fifth to a third at these loads. So only the neighbourhood of the contact is free to deform here; the rest
-of each rod follows the field of a half-space under the contact force that is measured.
+stiffer by a fifth to a third at these loads. Only the neighbourhood of the contact is therefore free to deform here;
+the rest of each rod follows the displacement field of a half-space under the measured contact force.
 """
 
 from __future__ import annotations
@@ -11,20 +11,23 @@ from functools import partial
 
 import numpy as np
 
-from knotfem.contact.penalty import Penalty
-from knotfem.contact.tube_contact import Contact
+from knotfem.contact.law import Penalty
+from knotfem.contact.pairs import PairContact
 from knotfem.mesh.rod import RodMesh, extrude
 from knotfem.mesh.section import Section
+from knotfem.models.material import NeoHooke
 from knotfem.models.solid.elasticity import Elasticity
 from knotfem.models.solid.formulation import make_formulation
 from knotfem.solver.constraints import Prescribed
-from knotfem.solver.nonlinear.newton import NewtonSettings, solve
+from knotfem.solver.nonlinear.line_search import Armijo
+from knotfem.solver.nonlinear.newton import Newton
+from knotfem.solver.nonlinear.tolerance import ForceTolerance, Sections
 from knotfem.solver.schemes import Scheme
+from knotfem.solver.state import Motion, State
 from knotfem.solver.system import System
-from knotfem.solver.term import Motion, StepStart
 from knotfem.sparse.linear import make_solver
 from knotfem.verify.benchmarks.rods import Rod, moduli, surfaces
-from knotfem.verify.verdict import Case, Quantity
+from knotfem.verify.case import Case, Quantity
 
 RADIUS, YOUNGS, POISSON = 3.0, 1.425, 0.4999
 LENGTH = 5.2
@@ -77,7 +80,7 @@ class Crossing:
         self.X = np.concatenate([lower, upper])
         self.count = len(own)
         self.rods = [self._rod(mesh, section, first) for first in (0, self.count)]
-        self.contact = Contact(*surfaces(self.rods, spacing), law)
+        self.contact = PairContact(*surfaces(self.rods, spacing), law)
         self.bulks = [rod.bulk for rod in self.rods]
         held = self._held(mesh)
         self.held = np.concatenate([held, held + self.count])
@@ -89,13 +92,14 @@ class Crossing:
             Scheme(),
             [Prescribed(self.held, lambda time: self.goal[self.held])],
         )
-        self.x = self.X.copy()
+        self.state = State.of(Motion.at_rest(self.X), {})
 
     def _rod(self, mesh: RodMesh, section: Section, first: int) -> Rod:
         points = RADIUS * section.points
         form = make_formulation("hex8", points[section.quads], mesh.element_length)
         elements = mesh.hexes.reshape(mesh.slices, len(section.quads), 8) + first
-        bulk = Elasticity(elements, form, *moduli(YOUNGS, POISSON))
+        shear, bulk_modulus = moduli(YOUNGS, POISSON)
+        bulk = Elasticity(elements, form, NeoHooke(shear), bulk_modulus)
         return Rod(mesh, first, bulk, None, 0.0, 0.0)
 
     def _held(self, mesh: RodMesh) -> np.ndarray:
@@ -110,19 +114,19 @@ class Crossing:
         return np.setdiff1d(np.arange(len(mesh.nodes)), inner)
 
     def press(self, approach: float) -> float:
-        """Contact force [N] at a total approach [mm]; its far field is iterated upon."""
+        """Contact force [N] at a total approach [mm], found by iteration with the far field that belongs to it."""
         combined = YOUNGS / (2.0 * (1.0 - POISSON**2))
         force = 0.0
-        settings = NewtonSettings(1e-7, 1e-5, max_iterations=60, largest_move=0.5, endgame_move=0.02)
+        newton = Newton(ForceTolerance(1e-7, 1e-5), Armijo(whole_below=0.02), max_iterations=60, largest_move=0.5)
+        sections = Sections.single(np.zeros(2 * self.count, dtype=int))
         guess = 4.0 / 3.0 * combined * np.sqrt(RADIUS) * approach**1.5
         for _ in range(4):
             radius = (0.75 * guess * RADIUS / combined) ** (1.0 / 3.0)
             u = half_space(self.depth, guess, radius) - [0.0, 0.0, 0.5 * approach]
             self.goal = self.X + np.concatenate([u @ turn.T for turn in self.turns])
-            start = StepStart(Motion.at_rest(self.x), 1.0)
-            self.system.update(self.x)
-            self.system.begin(start)
-            self.x, _ = solve(self.system, self.x, start, settings, np.zeros(2 * self.count, dtype=int))
+            step = self.system.begin(self.state, 1.0)
+            solution = newton.solve(self.system, self.state.x, step, sections)
+            self.state = self.system.commit(solution.x, step)
             force = self.force()
             if abs(force / guess - 1.0) < 1e-3:
                 break
@@ -131,17 +135,17 @@ class Crossing:
 
     def force(self) -> float:
         """Contact force on the upper rod [N]."""
-        residual = np.zeros_like(self.x)
-        self.contact.assemble(self.x, residual, None)
+        residual = np.zeros_like(self.state.x)
+        self.contact.assemble(self.state.x, residual, None)
         return -float(residual[self.count :, 2].sum())
 
 
 def hertz(around: int, deep: int, slices: int, forces: dict[float, tuple[float, float]]) -> list[Quantity]:
     """Contact force at approaches given over the radius, each with its expected value and tolerance."""
-    crossing = Crossing(around, deep, slices, Penalty(stiffness=50.0, ramp=0.005, stick=0.1), 0.15)
+    crossing = Crossing(around, deep, slices, Penalty(stiffness=50.0, ramp=0.005), 0.15)
     return [
-        Quantity("F [N]", crossing.press(share * RADIUS), expected, tolerance, condition=f"delta / r = {share:g}")
-        for share, (expected, tolerance) in forces.items()
+        Quantity("F [N]", crossing.press(ratio * RADIUS), expected, tolerance, condition=f"delta / r = {ratio:g}")
+        for ratio, (expected, tolerance) in forces.items()
     ]
 
 

@@ -2,31 +2,35 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
-from knotfem.solver.nonlinear.newton import NewtonSettings, solve
+from knotfem.solver.nonlinear.newton import Newton
+from knotfem.solver.nonlinear.tolerance import ForceTolerance, Sections
 from knotfem.solver.schemes import BackwardEuler, GeneralisedAlpha, Scheme, generalised_alpha, hht
+from knotfem.solver.state import Motion, State
 from knotfem.solver.system import System
-from knotfem.solver.term import Motion, StepStart, Term
+from knotfem.solver.term import Role, Term
 from knotfem.sparse.linear import make_solver
 from knotfem.sparse.pattern import Matrix
 from knotfem.terms.inertia import Drag, Inertia
-from knotfem.verify.verdict import Case, Quantity
+from knotfem.verify.case import Case, Quantity
 
 OMEGA = 2.0 * np.pi
 
 
-@dataclass
 class Spring(Term):
-    """Ties every node to the origin, stiffness in N/mm."""
+    """Ties every node to the origin.
 
-    stiffness: float
+    Args:
+        stiffness: [N/mm].
+    """
 
-    def __post_init__(self) -> None:
-        self.name = "spring"
+    name, role = "spring", Role.ELASTIC
+
+    def __init__(self, stiffness: float) -> None:
+        self.stiffness = stiffness
 
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
         residual += self.stiffness * x
@@ -41,20 +45,19 @@ class Spring(Term):
 def swing(scheme: Scheme, steps: int, dt: float, damping: float = 0.0) -> np.ndarray:
     """Positions of an oscillator of one period a second, released from 1 at rest, shape [steps + 1]."""
     mass = np.ones(1)
-    effects = [Spring(OMEGA**2), Inertia(mass)]
+    terms: list[Term] = [Spring(OMEGA**2), Inertia(mass)]
     if damping > 0.0:
-        effects.append(Drag(mass, damping))
-    system = System(effects, 1, make_solver("superlu"), scheme)
+        terms.append(Drag(mass, damping))
+    system = System(terms, 1, make_solver("superlu"), scheme)
     x = np.array([[1.0, 0.0, 0.0]])
-    motion = Motion(x, np.zeros((1, 3)), -(OMEGA**2) * x)
-    settings = NewtonSettings(force_tolerance=1e-10, resultant_tolerance=1e-10, largest_move=10.0)
+    state = State.of(Motion(x, np.zeros((1, 3)), -(OMEGA**2) * x), {})
+    newton = Newton(ForceTolerance(1e-10, 1e-10), largest_move=10.0)
     path = [1.0]
     for _ in range(steps):
-        start = StepStart(motion, dt)
-        system.begin(start)
-        x, _ = solve(system, motion.x, start, settings, np.zeros(1, dtype=int))
-        motion = system.commit(x, start)
-        path.append(float(x[0, 0]))
+        step = system.begin(state, dt)
+        solution = newton.solve(system, state.x, step, Sections.single(np.zeros(1, dtype=int)))
+        state = system.commit(solution.x, step)
+        path.append(float(state.x[0, 0]))
     return np.array(path)
 
 

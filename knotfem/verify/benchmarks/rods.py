@@ -13,10 +13,10 @@ from knotfem.contact.tube_pairs import TubeSurface
 from knotfem.mesh.make_section import section_of
 from knotfem.mesh.rod import RodMesh, extrude
 from knotfem.mesh.section import Section
+from knotfem.models.material import NeoHooke
 from knotfem.models.solid.body import MERIT_AXIAL_STIFFNESS
 from knotfem.models.solid.elasticity import Elasticity
 from knotfem.models.solid.formulation import lumped_mass, make_formulation
-from knotfem.models.solid.material import NeoHooke
 from knotfem.scene.elements import ORDERS
 from knotfem.solver.constraints import Prescribed
 from knotfem.solver.nonlinear.line_search import Armijo

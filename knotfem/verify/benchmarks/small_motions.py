@@ -12,11 +12,10 @@ from scipy.sparse.linalg import eigsh
 from knotfem.solver.constraints import Prescribed
 from knotfem.solver.schemes import Scheme
 from knotfem.solver.system import System
-from knotfem.solver.term import Motion, StepStart
 from knotfem.sparse.linear import make_solver
 from knotfem.terms.load import EndForce
-from knotfem.verify.benchmarks.rods import Rod, beam_clamp, make_rod, static
-from knotfem.verify.verdict import Case, Quantity
+from knotfem.verify.benchmarks.rods import Rod, at_rest, beam_clamp, cross_sections, make_rod, static
+from knotfem.verify.case import Case, Quantity
 
 
 def lowest(rod: Rod, system: System, x: np.ndarray, count: int) -> np.ndarray:
@@ -31,8 +30,8 @@ def lowest(rod: Rod, system: System, x: np.ndarray, count: int) -> np.ndarray:
 def frequencies(element: str, slices: int) -> list[Quantity]:
     """The first three pairs of modes of a cantilever."""
     rod = make_rod(180.0, slices, radius=1.5, element=element)
-    system = System(rod.effects, len(rod.mesh.nodes), make_solver("superlu"), Scheme(), beam_clamp(rod))
-    system.begin(StepStart(Motion.at_rest(rod.mesh.nodes), 1.0))
+    system = System(rod.terms, len(rod.mesh.nodes), make_solver("superlu"), Scheme(), beam_clamp(rod))
+    system.begin(at_rest(rod.mesh.nodes), 1.0)
     found = np.sqrt(lowest(rod, system, rod.mesh.nodes, 6))
     scale = np.sqrt(rod.bending / (rod.density * np.pi * 1.5**2)) / 180.0**2
     return [
@@ -63,7 +62,7 @@ def pinned(share: float) -> tuple[float, float]:
         EndForce(rod.sections[end], rod.end_weights, lambda t, sign=sign: np.array([0.0, 0.0, sign * load]))
         for end, sign in ((0, 1.0), (-1, -1.0))
     ]
-    x, system, _ = static([*rod.effects, *presses], X, supports, rod.section_index)
+    x, system, _ = static([*rod.terms, *presses], X, supports, cross_sections(rod))
     return share, float(lowest(rod, system, x, 2)[0])
 
 
@@ -79,7 +78,7 @@ def clamped(share: float) -> tuple[float, float]:
         Prescribed(far, lambda time: X[far] + [0.0, 0.0, 180.0 * strain], components=(False, False, True)),
         Prescribed(tip, lambda time: X[tip], components=(True, True, False)),
     ]
-    x, system, _ = static(rod.effects, X, supports, rod.section_index)
+    x, system, _ = static(rod.terms, X, supports, cross_sections(rod))
     pressed = -float(system.residual(x)[far, 2].sum())
     return pressed / load * share, float(lowest(rod, system, x, 2)[0])
 

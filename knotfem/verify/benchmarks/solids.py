@@ -6,16 +6,28 @@ from functools import partial
 
 import numpy as np
 
+from knotfem.geometry.finite_rotation import rotate
+from knotfem.models.material import NeoHooke
 from knotfem.models.solid.elasticity import Elasticity
 from knotfem.models.solid.formulation import brick_formulation
-from knotfem.solver.constraints import Prescribed, held, turned
+from knotfem.solver.constraints import Prescribed, held
+from knotfem.solver.nonlinear.tolerance import Sections
 from knotfem.solver.schemes import Scheme
 from knotfem.solver.system import System
-from knotfem.solver.term import Motion
 from knotfem.sparse.linear import make_solver
 from knotfem.terms.load import EndForce
-from knotfem.verify.benchmarks.rods import WHOLE_STEPS, arrive, beam_clamp, make_rod, march, moduli, static
-from knotfem.verify.verdict import Case, Quantity
+from knotfem.verify.benchmarks.rods import (
+    WHOLE_STEPS,
+    accepted_steps,
+    at_rest,
+    beam_clamp,
+    cross_sections,
+    final_state,
+    make_rod,
+    moduli,
+    static,
+)
+from knotfem.verify.case import Case, Quantity
 
 CORNERS = np.array(
     [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]], dtype=float
@@ -27,7 +39,12 @@ def bricks(
 ) -> Elasticity:
     """Q1P0 on hexahedra of any shape: one "slice" in which every element has tables of its own."""
     form = brick_formulation("hex8-incompatible" if incompatible else "hex8", nodes[hexes])
-    return Elasticity(hexes[None], form, shear, bulk)
+    return Elasticity(hexes[None], form, NeoHooke(shear), bulk)
+
+
+def _one_section(nodes: int) -> Sections:
+    """For a solid that is no rod: all of its nodes belong to one section."""
+    return Sections.single(np.zeros(nodes, dtype=int))
 
 
 def stretched(stretch: float, element: str) -> list[Quantity]:
@@ -35,7 +52,7 @@ def stretched(stretch: float, element: str) -> list[Quantity]:
     rod = make_rod(30.0, 6, poisson=0.49999, element=element)
     X, far = rod.mesh.nodes, rod.sections[-1]
     top = Prescribed(far, lambda time: X[far] + [0.0, 0.0, 30.0 * (stretch - 1.0)], components=(False, False, True))
-    x, system, _ = static(rod.effects, X, [*beam_clamp(rod), top], rod.section_index)
+    x, system, _ = static(rod.terms, X, [*beam_clamp(rod), top], cross_sections(rod))
     expected = rod.bulk.shear_modulus * (stretch - stretch**-2) * rod.area
     return [Quantity("P [N]", float(system.residual(x)[far, 2].sum()), float(expected), 0.005)]
 
@@ -45,10 +62,11 @@ def torsion(element: str) -> list[Quantity]:
     rod = make_rod(30.0, 48, poisson=0.49999, element=element)
     X, near, far = rod.mesh.nodes, rod.sections[0], rod.sections[-1]
     tau = 0.5 / 3.0
-    spin = turned(far, X[far], X[rod.axis[-1]], np.array([0.0, 0.0, 1.0]), lambda t: tau * 30.0 * t)
-    system = System(rod.effects, len(X), make_solver("auto"), Scheme(), [held(near, X[near]), spin])
-    start = Motion.at_rest(X)
-    x = arrive(march(system, start, rod.section_index, [1.0], first=0.25, largest=0.25, settings=WHOLE_STEPS))
+    centre, z_axis = X[rod.axis[-1]], np.array([0.0, 0.0, 1.0])
+    twisted = Prescribed(far, lambda t: centre + rotate(X[far] - centre, z_axis, tau * 30.0 * t))
+    system = System(rod.terms, len(X), make_solver("auto"), Scheme(), [held(near, X[near]), twisted])
+    steps = accepted_steps(system, at_rest(X), cross_sections(rod), [1.0], first=0.25, largest=0.25, newton=WHOLE_STEPS)
+    x = final_state(steps).x
     force = system.residual(x)[far]
     G = rod.bulk.shear_modulus
     torque = float(np.cross(x[far] - x[rod.axis[-1]], force).sum(axis=0)[2])
@@ -74,7 +92,7 @@ def patch(poisson: float, *, incompatible: bool = False) -> list[Quantity]:
     outside = np.flatnonzero(~inner)
     start = X.copy()
     start[inner] += rng.uniform(-0.05, 0.05, (np.count_nonzero(inner), 3))
-    x, _, _ = static([bulk], start, [held(outside, goal[outside])], np.zeros(64, dtype=int), tolerance=1e-12)
+    x, _, _ = static([bulk], start, [held(outside, goal[outside])], _one_section(64), tolerance=1e-12)
     pressure = moduli(1.0, poisson)[1] * (np.linalg.det(F) - 1.0)
     found = bulk.pressure.reshape(len(hexes), -1)
     found[:, 0] -= pressure
@@ -94,15 +112,16 @@ def cook(cells: int, tip: float) -> list[Quantity]:
     i = np.arange(count).reshape(cells + 1, cells + 1)
     quads = np.stack([i[:-1, :-1], i[1:, :-1], i[1:, 1:], i[:-1, 1:]], axis=-1).reshape(-1, 4)
     bulk = bricks(X, np.concatenate([quads, quads + count], axis=1), 80.1938, 400889.8)
-    share = np.full(cells + 1, 0.5 / cells)
-    share[[0, -1]] *= 0.5
+    weights = np.full(cells + 1, 0.5 / cells)
+    weights[[0, -1]] *= 0.5
     left, right = (np.concatenate([edge, edge + count]) for edge in (i[0], i[-1]))
-    load = EndForce(right, np.concatenate([share, share]), lambda t: np.array([0.0, 100.0 * t, 0.0]))
+    load = EndForce(right, np.concatenate([weights, weights]), lambda t: np.array([0.0, 100.0 * t, 0.0]))
     flatness = Prescribed(np.arange(2 * count), lambda time: X, components=(False, False, True))
     system = System([bulk, load], 2 * count, make_solver("auto"), Scheme(), [held(left, X[left]), flatness])
-    index = np.zeros(2 * count, dtype=int)
-    start = Motion.at_rest(X)
-    x = arrive(march(system, start, index, [1.0], first=0.25, largest=0.25, move=1e3, settings=WHOLE_STEPS))
+    steps = accepted_steps(
+        system, at_rest(X), _one_section(2 * count), [1.0], first=0.25, largest=0.25, move=1e3, newton=WHOLE_STEPS
+    )
+    x = final_state(steps).x
     return [Quantity("tip", float(x[i[-1, -1], 1] - 60.0), tip, 0.005)]
 
 

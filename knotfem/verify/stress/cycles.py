@@ -7,21 +7,21 @@ from functools import partial
 
 import numpy as np
 
+from knotfem.models.solid.model import SolidModel
+from knotfem.run.simulation import Simulation
 from knotfem.scene import Scene
-from knotfem.verify.rehearsal import Rehearsal
-from knotfem.verify.stress.cases import hard_case, hard_scene, run
-from knotfem.verify.stress.figures import figures_of
-from knotfem.verify.verdict import Case, Quantity
+from knotfem.verify.case import Case, Quantity
+from knotfem.verify.stress.runs import Recording, hard_case, hard_scene, run
 
 CYCLES = 3
 HELD = 0.9
-"""Share of the slip load that is held."""
+"""Fraction of the slip load that is held."""
 STEP = 1e-3
-"""Between outputs, so that no step of the hold is longer [s]."""
+"""Time between outputs [s], so that no step of the hold is longer."""
 
 
 def cases(*, small: bool = False) -> list[Case]:
-    """See `hard.hard_cases`."""
+    """See `suite.hard_cases`."""
     cycles = hard_scene("cycles", ("steps.1.displacement=4 mm",) if small else (), small=small)
     hold = hard_scene("hold", small=small)
     cycle, slip = (
@@ -37,20 +37,21 @@ def cases(*, small: bool = False) -> list[Case]:
 def _cycles(scene: Scene) -> Sequence[Quantity]:
     names = ["load", *(f"{kind}-{i}" for i in range(1, CYCLES + 1) for kind in ("unload", "reload"))]
     found = run(scene)
+    common = found.quantities(before="3_1", after="3_1")
     if not found.finished:
-        return found.quantities()
+        return common
     friction, force, step = (found.force[name] for name in ("friction_Nmm", "force_N", "step"))
     last = {name: int(np.flatnonzero(step == name)[-1]) for name in names}
     ends = [last["load"], *(last[f"reload-{i}"] for i in range(1, CYCLES + 1))]
-    taken = np.diff(friction[ends])
+    dissipated = np.diff(friction[ends])
     peaks = force[ends[-2:]]
     valleys = force[[last[f"unload-{i}"] for i in (CYCLES - 1, CYCLES)]]
     scale = float(peaks[-1])
     return [
-        *found.quantities(before="3_1", after="3_1"),
+        *common,
         *(
             Quantity("dissipation, N mm", float(work), 0.0, kind="above", condition=f"cycle {i}")
-            for i, work in enumerate(taken, start=1)
+            for i, work in enumerate(dissipated, start=1)
         ),
         *(
             Quantity(
@@ -64,7 +65,7 @@ def _cycles(scene: Scene) -> Sequence[Quantity]:
 def _hold(small: bool) -> Sequence[Quantity]:
     pulled = run(hard_scene("slip-capstan", small=small))
     if not pulled.finished:
-        return pulled.quantities(condition="pulled until it slips")
+        return pulled.quantities(before="unknot", after="unknot", condition="pulled until it slips")
     slip = float(pulled.force["force_N"].max())
     count = 100 if small else 10_000
     scene = hard_scene(
@@ -73,17 +74,18 @@ def _hold(small: bool) -> Sequence[Quantity]:
          f"steps.2.duration={STEP * count} s"),
         small=small,
     )  # fmt: skip
-    rehearsal = Rehearsal(scene)
-    axis = rehearsal.model.body.rods[0].axis_nodes
+    model = SolidModel(scene)
+    axis = model.axis_nodes(0)
+    recording = Recording(Simulation(scene, model=model))
     held: list[np.ndarray] = []
-    for passed in rehearsal.run(rehearsal.tied()):
-        if passed.step is scene.steps[-1]:
-            held.append(passed.x[axis])
+    for step in recording:
+        if step.step is scene.steps[-1]:
+            held.append(step.state.x[axis])
         if len(held) == count:
             break
     elastic = scene.contact.stick_over_diameter * scene.rods[0].diameter
     return [
-        *figures_of(rehearsal).quantities(before="unknot", after="unknot"),
+        *recording.outcome().quantities(before="unknot", after="unknot"),
         Quantity("steps held", float(len(held)), float(count), kind="at least"),
         Quantity("drift, mm", farthest(held), elastic, kind="at most"),
         Quantity("drift in the second half, mm", farthest(held[len(held) // 2 :]), 0.01 * elastic, kind="at most"),
@@ -92,5 +94,5 @@ def _hold(small: bool) -> Sequence[Quantity]:
 
 
 def farthest(states: Sequence[np.ndarray]) -> float:
-    """How far any vertex ended from where it set out [mm]; states of shape [vertices, 3]."""
+    """Largest distance of a vertex between the first and the last state [mm]; states of shape [vertices, 3]."""
     return float(np.linalg.norm(states[-1] - states[0], axis=1).max())

@@ -1,43 +1,43 @@
-"""The table of the hard cases on the terminal: a row a run, and a row each figure of its own."""
+"""The table of the hard cases on the terminal: one row for each run, and one for each figure that only its case has."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
+from knotfem.verify.case import Quantity, Result
 from knotfem.verify.display import mark, print_page
-from knotfem.verify.verdict import Quantity, Verdict
 
 COMMON = ("finished", "cutbacks", "smallest J", "penetration / d", "knot before", "knot after", "energy error")
-"""Figures that have a column each."""
-HEADS = ("case", *COMMON, "must", "found", "verdict", "wall, s")
+"""Figures that have a column of their own."""
+HEADS = ("case", *COMMON, "must", "found", "result", "wall, s")
 
 
-def show(verdicts: Sequence[Verdict]) -> None:
+def show(results: Sequence[Result]) -> None:
     """Print the table, and how many cases failed."""
     from rich.markup import escape
     from rich.table import Table
 
     page = Table(*HEADS)
-    for verdict in verdicts:
-        name, seconds, passed = verdict.case.name, f"{verdict.seconds:.1f}", mark(verdict.passed)
-        for condition, figures in runs(verdict.quantities).items():
+    for result in results:
+        name, seconds, passed = result.case.name, f"{result.seconds:.1f}", mark(result.passed)
+        for condition, figures in runs(result.quantities).items():
             label = f"{name}, {condition}" if condition else name
             page.add_row(label, *(_column(figures, key) for key in COMMON), "", "", passed, seconds)
             seconds = passed = ""
-        for q in verdict.quantities:
+        for q in result.quantities:
             if q.name not in COMMON:
                 expected, found, deviation = q.shown
                 must = f"{q.name}, {q.condition}: {expected}" if q.condition else f"{q.name}: {expected}"
                 empty = [""] * (len(COMMON) + 1)
                 page.add_row(*empty, escape(must), f"{found}, {deviation}" if deviation else found, mark(q.passed), "")
-        if verdict.error:
-            page.add_row(name, escape(verdict.error), *[""] * len(COMMON), "", mark(False), seconds)
+        if result.error:
+            page.add_row(name, escape(result.error), *[""] * len(COMMON), "", mark(False), seconds)
         page.add_section()
-    print_page(page, verdicts, width=200)
+    print_page(page, results, width=200)
 
 
 def runs(quantities: Sequence[Quantity]) -> dict[str, dict[str, Quantity]]:
-    """The common figures of each run of a case, by what tells the runs apart."""
+    """The common figures of each run of a case, by what distinguishes the runs."""
     found: dict[str, dict[str, Quantity]] = {}
     for q in quantities:
         if q.name in COMMON:

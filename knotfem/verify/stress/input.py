@@ -1,4 +1,4 @@
-"""Centrelines that are hard to tie: strands that overlap, and curves drawn at random."""
+"""Centrelines that are hard to tie: strands that overlap, and random curves."""
 
 from __future__ import annotations
 
@@ -10,23 +10,22 @@ from pathlib import Path
 
 import numpy as np
 
+import knotfem as kf
 from knotfem.errors import InputError, KnotLost, NotConverged, Stopped
 from knotfem.geometry.clearance import strand_clearance
 from knotfem.models.solid.body import build_body
-from knotfem.run import driver
-from knotfem.run.directory import RunDirectory
 from knotfem.scene import Scene
-from knotfem.verify.stress.cases import folder, hard_case, hard_scene, run
-from knotfem.verify.verdict import Case, Quantity
+from knotfem.verify.case import Case, Quantity
+from knotfem.verify.stress.runs import folder, hard_case, hard_scene, run
 
 CURVES = 200
 MODES = 6
 LONGEST = 90.0
-"""Wall time after which a tie counts as hung [s]."""
+"""Wall time after which tying counts as hung [s]."""
 
 
 def cases(*, small: bool = False) -> list[Case]:
-    """See `hard.hard_cases`."""
+    """See `suite.hard_cases`."""
     drawn = hard_scene("overlap", ("rods.0.length=259 mm", "rods.0.smoothing.iterations=0"), small=True)
     smoothed = hard_scene("overlap", ("rods.0.smoothing.iterations=7",) if small else (), small=small)
     random = hard_scene("random", small=True)
@@ -41,14 +40,14 @@ def cases(*, small: bool = False) -> list[Case]:
             partial(_smoothed, smoothed), smoothed,
         ),
         case(
-            "random", "", "smooth curves drawn at random: tied, or refused with a reason", partial(_random, small),
+            "random", "", "smooth random curves: tied, or refused with a reason", partial(_random, small),
             random,
         ),
     ]  # fmt: skip
 
 
 def _drawn(scene: Scene) -> Sequence[Quantity]:
-    """The rule: a curve whose strands are closer than the diameter is refused, and told where."""
+    """A curve whose strands are closer than the diameter is refused, with the places."""
     try:
         build_body(scene)
         said = "accepted"
@@ -58,19 +57,20 @@ def _drawn(scene: Scene) -> Sequence[Quantity]:
 
 
 def _smoothed(scene: Scene) -> Sequence[Quantity]:
-    """The rule: an overlap that only the smoothing has made is a warning; contact then separates the strands."""
+    """An overlap that only the smoothing has made gives a warning; contact then separates the strands."""
     body = build_body(scene)
     overlap = (
         1.0 - strand_clearance(body.rods[0].target.points, scene.rods[0].diameter).distance / scene.rods[0].diameter
     )
     found = run(scene)
+    common = found.quantities(before="3_1", after="3_1", penetration=0.2)
     if not found.finished:
-        return found.quantities()
+        return common
     last = found.tension["time_s"] == found.tension["time_s"][-1]
     centre = np.stack([found.tension[f"{axis}_mm"][last] for axis in "xyz"], axis=1)
     apart = strand_clearance(centre, scene.rods[0].diameter).distance / scene.rods[0].diameter
     return [
-        *found.quantities(before="3_1", after="3_1", penetration=0.2),
+        *common,
         Quantity("overlap before / d", overlap, 0.1, 0.03, "absolute"),
         Quantity("warned", any("overlap" in warning for warning in body.warnings), True, kind="equal"),
         Quantity("strands apart after / d", apart, 0.9, kind="at least"),
@@ -78,7 +78,7 @@ def _smoothed(scene: Scene) -> Sequence[Quantity]:
 
 
 def random_curve(seed: int) -> tuple[np.ndarray, bool]:
-    """Points of a smooth curve, shape [n, 3], and whether it is closed: waves of falling size about a straight line."""
+    """Points of a smooth curve, shape [n, 3], and whether it is closed: a Fourier series about a straight line."""
     rng = np.random.default_rng(seed)
     closed = seed % 4 == 0
     t = np.linspace(0.0, 1.0, 81)
@@ -93,10 +93,10 @@ def random_curve(seed: int) -> tuple[np.ndarray, bool]:
 
 
 def tie_random(seed: int, path: Path) -> str:
-    """What comes of tying a random curve.
+    """Tie a random curve.
 
     Returns:
-        "tied" (mapped, and at rest in contact), "refused" (as all closed ones are), "gave up", "lost" or "hung".
+        "tied" (mapped, and at rest in contact), "refused" (as all closed curves are), "gave up", "lost" or "hung".
 
     Raises:
         KnotfemError: any other error, a request to stop among them.
@@ -109,7 +109,7 @@ def tie_random(seed: int, path: Path) -> str:
     began = time.monotonic()
     try:
         scene = hard_scene("random", overrides, small=True)
-        driver.tie(scene, RunDirectory.create(scene, path / f"run-{seed}"))
+        kf.tie(scene, out=path / f"run-{seed}", progress=False)
     except InputError:
         return "refused"
     except NotConverged:

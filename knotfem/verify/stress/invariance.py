@@ -3,36 +3,57 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import cache, partial
 
 import numpy as np
 
 from knotfem.mesh.section import Section
+from knotfem.models.solid.body import mesh_of
+from knotfem.models.solid.model import SolidModel
+from knotfem.run.simulation import PhaseDone, Simulation
 from knotfem.scene.model import Scene
 from knotfem.scene.steps import Driven
-from knotfem.verify.rehearsal import Passed, Rehearsal, force_curve
-from knotfem.verify.stress.cases import hard_case, hard_scene
-from knotfem.verify.stress.figures import figures_of
-from knotfem.verify.verdict import Case, Quantity
+from knotfem.solver.state import Motion, State
+from knotfem.verify.case import Case, Quantity
+from knotfem.verify.stress.outcome import Outcome
+from knotfem.verify.stress.runs import Recording, hard_case, hard_scene
 
 NAME = "invariance"
 Q = np.array([[0.36, 0.48, -0.80], [-0.80, 0.60, 0.0], [0.48, 0.64, 0.60]])
 """A rotation."""
 SHIFT = np.array([31.0, -17.0, 53.0])
-Run = tuple[Rehearsal, list[Passed]]
-"""A rehearsal at its end, and its steps."""
-Other = Callable[[Callable[..., Scene], Rehearsal, np.ndarray], Run]
-"""Runs the changed knot, from its scene with overrides, the first run and the tied positions."""
 MIRROR = np.diag([1.0, 1.0, -1.0])
+Scenes = Callable[..., Scene]
+"""Makes the scene, with overrides."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pulled:
+    """A knot that was pulled.
+
+    Attributes:
+        outcome: of its run.
+        displacement: at the outputs of the pull [mm], shape [outputs].
+        force: there [N], shape [outputs].
+    """
+
+    outcome: Outcome
+    displacement: np.ndarray
+    force: np.ndarray
+
+
+Changed = Callable[[Scenes, np.ndarray], Pulled]
+"""Pulls the changed knot, from its scene and the tied positions of the unchanged one [mm], shape [nodes, 3]."""
 
 
 def cases(*, small: bool = False) -> list[Case]:
-    """See `hard.hard_cases`."""
+    """See `suite.hard_cases`."""
     scene = _scene(small)
     tight, loose = 1e-6, 0.05 if small else 0.01
 
-    def case(variant: str, title: str, other: Other, limit: float):
-        return hard_case(NAME, variant, title, partial(_compare, other, limit, small), scene, small=small)
+    def case(variant: str, title: str, changed: Changed, limit: float) -> Case:
+        return hard_case(NAME, variant, title, partial(_compare, changed, limit, small), scene, small=small)
 
     return [
         case("moved", "overhand turned and moved as a whole", _moved, tight),
@@ -48,27 +69,60 @@ def _scene(small: bool, *overrides: str) -> Scene:
 
 
 @cache
-def _unchanged(small: bool) -> tuple[Rehearsal, np.ndarray, list[Passed]]:
-    """The knot that all others are compared with: at its end, tied positions, steps."""
-    first = Rehearsal(_scene(small))
-    x = first.tied()
-    first.forget()
-    return first, x, list(first.run(x))
+def _unchanged(small: bool) -> tuple[np.ndarray, Pulled]:
+    """The knot with which all others are compared: tied positions [mm], shape [nodes, 3], and its pull."""
+    x = _tied(_scene(small))
+    return x, _pulled(_scene(small), x)
 
 
-def _compare(other: Other, limit: float, small: bool) -> Sequence[Quantity]:
-    first, x, passed = _unchanged(small)
-    changed, passed_changed = other(partial(_scene, small), first, x)
-    displacement, force = force_curve(passed)
-    there, found = force_curve(passed_changed)
-    scale = float(np.abs(force).max())
-    apart = float(np.abs(found - force).max()) / scale
+def _compare(changed: Changed, limit: float, small: bool) -> Sequence[Quantity]:
+    x, first = _unchanged(small)
+    other = changed(partial(_scene, small), x)
+    scale = float(np.abs(first.force).max())
+    difference = float(np.abs(other.force - first.force).max()) / scale
+    apart = float(np.abs(other.displacement - first.displacement).max())
     return [
-        *figures_of(changed).quantities(before="3_1", after="3_1"),
-        Quantity("same displacements, mm", float(np.abs(there - displacement).max()), 1e-9, kind="at most"),
-        Quantity("largest difference of the force over the force", apart, limit, kind="at most"),
+        *other.outcome.quantities(before="3_1", after="3_1"),
+        Quantity("same displacements, mm", apart, 1e-9, kind="at most"),
+        Quantity("largest difference of the force over the force", difference, limit, kind="at most"),
         Quantity("largest force, N", scale, 0.01, kind="at least"),
     ]
+
+
+def _tied(scene: Scene, section: Section | None = None) -> np.ndarray:
+    """Positions after the mapping [mm], shape [nodes, 3].
+
+    Args:
+        scene: what to tie.
+        section: of the rod, instead of the scene's.
+    """
+    simulation = Simulation(scene, "tie", model=SolidModel(scene, section=section))
+    next(event for event in simulation.run() if isinstance(event, PhaseDone))
+    return simulation.state.x
+
+
+def _pulled(scene: Scene, x: np.ndarray, section: Section | None = None) -> Pulled:
+    """All steps of a scene from rest at given positions; pressures and core forces begin anew.
+
+    Args:
+        scene: what to run.
+        x: tied positions [mm], shape [nodes, 3].
+        section: of the rod, instead of the scene's.
+    """
+    simulation = Simulation(scene, model=SolidModel(scene, section=section))
+    simulation.start_at(State.of(Motion.at_rest(x), {}))
+    recording = Recording(simulation)
+    outputs = [
+        (step.displacement, step.force)
+        for step in recording
+        if step.step is scene.steps[-1] and step.accepted.at_output
+    ]
+    displacement, force = np.array(outputs).T
+    return Pulled(recording.outcome(), displacement, force)
+
+
+def _section(scene: Scene) -> Section:
+    return mesh_of(scene.rods[0]).section
 
 
 def _direction(vector: np.ndarray) -> str:
@@ -81,36 +135,31 @@ def _pulled_along(scene: Scene) -> np.ndarray:
     return np.array(end.direction)
 
 
-def _moved(scene: Callable[..., Scene], first: Rehearsal, x: np.ndarray) -> Run:
-    moved = Rehearsal(scene(_direction(Q @ _pulled_along(first.model.scene))))
-    return moved, list(moved.run(x @ Q.T + SHIFT))
+def _moved(scene: Scenes, x: np.ndarray) -> Pulled:
+    return _pulled(scene(_direction(Q @ _pulled_along(scene()))), x @ Q.T + SHIFT)
 
 
-def _mirrored(scene: Callable[..., Scene], first: Rehearsal, x: np.ndarray) -> Run:
-    section = first.model.body.rods[0].mesh.section
-    twin = twins(section.points, section.points * [1.0, -1.0])
-    mirrored = Rehearsal(scene(_direction(MIRROR @ _pulled_along(first.model.scene))))
-    sections = x.reshape(-1, len(section.points), 3)
-    return mirrored, list(mirrored.run((sections[:, twin] @ MIRROR).reshape(-1, 3)))
+def _mirrored(scene: Scenes, x: np.ndarray) -> Pulled:
+    points = _section(scene()).points
+    twin = twins(points, points * [1.0, -1.0])
+    sections = x.reshape(-1, len(points), 3)
+    return _pulled(scene(_direction(MIRROR @ _pulled_along(scene()))), (sections[:, twin] @ MIRROR).reshape(-1, 3))
 
 
-def _renumbered(scene: Callable[..., Scene], first: Rehearsal, x: np.ndarray) -> Run:
-    section = first.model.body.rods[0].mesh.section
+def _renumbered(scene: Scenes, x: np.ndarray) -> Pulled:
+    section = _section(scene())
     last = len(section.points) - 1
     reverse = Section(section.points[::-1].copy(), last - section.quads[::-1], last - section.axis, last - section.ring)
-    renumbered = Rehearsal(scene(), reverse)
-    return renumbered, list(renumbered.run(x.reshape(-1, last + 1, 3)[:, ::-1].reshape(-1, 3)))
+    return _pulled(scene(), x.reshape(-1, last + 1, 3)[:, ::-1].reshape(-1, 3), reverse)
 
 
-def _turned(scene: Callable[..., Scene], first: Rehearsal, x: np.ndarray) -> Run:
-    section = first.model.body.rods[0].mesh.section
+def _turned(scene: Scenes, x: np.ndarray) -> Pulled:
+    section = _section(scene())
     angle = np.pi / section.sides
     c, s = np.cos(angle), np.sin(angle)
     points = section.points @ np.array([[c, s], [-s, c]])
-    turned = Rehearsal(scene(), Section(points, section.quads, section.axis, section.ring))
-    tied = turned.tied()
-    turned.forget()
-    return turned, list(turned.run(tied))
+    turned = Section(points, section.quads, section.axis, section.ring)
+    return _pulled(scene(), _tied(scene(), turned), turned)
 
 
 def twins(points: np.ndarray, images: np.ndarray) -> np.ndarray:

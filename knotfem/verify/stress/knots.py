@@ -1,4 +1,4 @@
-"""Knots at the ends of the range: friction, bulk, core, stiffness of the rod, slip."""
+"""Knots with extreme parameters: friction, core, bending stiffness, slip."""
 
 from __future__ import annotations
 
@@ -9,27 +9,28 @@ import numpy as np
 
 from knotfem.scene import Scene
 from knotfem.scene.steps import Loaded, Release
-from knotfem.verify.stress.cases import SLIGHT, Outcome, at, hard_case, hard_scene, run
-from knotfem.verify.verdict import Case, Quantity
+from knotfem.verify.case import Case, Quantity
+from knotfem.verify.stress.outcome import Outcome
+from knotfem.verify.stress.runs import SLIGHT, at, hard_case, hard_scene, run
 
 BRIEF = ("steps.1.duration=0.02 s", "steps.2.duration=0.02 s", "output.every_time=0.02 s")
 """A load for small versions."""
 PRESSED = {"0.5": "2 mm", "0.1": "4 mm"}
-"""How far small versions press soft rods into each other, by x."""
+"""Displacement by which small versions press soft rods into each other, by x."""
 QUICK = ("steps.0.speed=20 mm/s", "inertia.scheme=backward-euler", "output.every_displacement=0.25 mm")
-"""How they are pressed: not at rest when let go."""
-SQUASHED = 0.2
-"""Deepest penetration over the diameter where strands are squashed."""
+"""They are pressed so fast that they are not at rest when released."""
+SQUEEZED = 0.2
+"""Deepest penetration over the diameter where strands are squeezed flat."""
 ROUGH = ("contact.friction=1", "obstacles.0.friction=1")
 FRICTIONLESS = ("contact.friction=0", "obstacles.0.friction=0", "steps.1.displacement=5 mm")
 PART_OF_LAW = 0.5
-"""Share of the largest tension up to which a capstan's band is looked at: beyond, the rod takes off."""
+"""Fraction of the largest tension up to which a capstan's band is evaluated: beyond, the rod leaves the cylinder."""
 ABOVE_BENDING = 5.0
-"""Times B/rho^2, from which tension on its bending does not count."""
+"""Multiple of B/rho^2 above which bending has no influence on the tension."""
 
 
 def cases(*, small: bool = False) -> list[Case]:
-    """See `hard.hard_cases`."""
+    """See `suite.hard_cases`."""
 
     def shipped(name: str, *short: str) -> Scene:
         return hard_scene(name, short if small else (), small=small)
@@ -42,7 +43,7 @@ def cases(*, small: bool = False) -> list[Case]:
 
     def soft(x: str) -> Case:
         scene = simpler(f"soft-{x}", "soft-crossing", f"steps.0.displacement={PRESSED[x]}", *QUICK)
-        return case("soft", x, f"bowline at x = B/(T0 r^2) = {x}, friction 0.2, let go", _soft, scene)
+        return case("soft", x, f"bowline at x = B/(T0 r^2) = {x}, friction 0.2, released", _soft, scene)
 
     return [
         case(
@@ -69,7 +70,7 @@ def cases(*, small: bool = False) -> list[Case]:
         soft("0.1"),
         case("stiff", "", "bowline at x = 100, held", _stiff, shipped("stiff-100", *BRIEF)),
         case(
-            "slip", "", "bowline at x = 25 and friction 0.1, let go: unravels", _slip,
+            "slip", "", "bowline at x = 25 and friction 0.1, released: unravels", _slip,
             simpler("slip", "slip-off-cylinder"),
         ),
         case(
@@ -87,17 +88,18 @@ def _tight(scene: Scene, *, small: bool) -> Sequence[Quantity]:
 
 def _frictionless_bowline(scene: Scene, *, small: bool) -> Sequence[Quantity]:
     found = run(scene)
+    common = found.quantities(before="unknot" if small else "8_20", after="unknot")
     if not found.finished:
-        return found.quantities()
+        return common
     friction = float(np.abs(found.force["friction_Nmm"]).max())
     return [
-        *found.quantities(before="unknot" if small else "8_20", after="unknot"),
+        *common,
         Quantity("work of friction, N mm", friction, 0.0, kind="at most"),
     ]
 
 
 def _tightens(found: Outcome, small: bool) -> Quantity:
-    """Tight: the last mm takes more force than the mm at half the pull by far."""
+    """A knot tightens: at the end the force is much larger than at half the displacement."""
     end = float(found.force["displacement_mm"][-1])
     ratio = at(found.force, end) / max(at(found.force, 0.5 * end), 1e-12)
     return Quantity("force at the end over force half way", ratio, 1.0 if small else 2.0, kind="at least")
@@ -114,23 +116,24 @@ def capstan_exponent(friction: float, rod_radius: float, cylinder_radius: float)
 
 def _rough_capstan(scene: Scene, *, small: bool) -> Sequence[Quantity]:
     found = run(scene)
+    common = found.quantities(before="unknot", after="unknot")
     if not found.finished:
-        return found.quantities()
+        return common
     end = found.scene.steps[-1].ends["rod"].end
     assert isinstance(end, Loaded)
     ratio = float(found.force["force_N"][-1]) / end.force
     ends = Quantity("force ratio of the ends", ratio, 2.0 if small else 200.0, kind="at least")
-    return [*found.quantities(), ends] if small else [*found.quantities(), ends, _sliding_band(found)]
+    return [*common, ends] if small else [*common, ends, _sliding_band(found)]
 
 
 def _sliding_band(found: Outcome) -> Quantity:
-    """Force ratio over the part of the band where friction is spent and neither bending nor the last clamp counts."""
+    """Force ratio over the part of the band that slides and that neither bending nor the last clamp influences."""
     rod, cylinder = found.scene.rods[0], found.scene.obstacles[0]
     last = found.tension["time_s"] == found.tension["time_s"][-1]
     tension, x, z = (found.tension[name][last] for name in ("tension_N", "x_mm", "z_mm"))
     angle = np.abs(np.unwrap(np.arctan2(x, z)))
-    lies = 0.5 * (rod.diameter + cylinder.diameter)
-    bending = rod.material.youngs_modulus * np.pi * rod.diameter**4 / 64.0 / lies**2
+    radius = 0.5 * (rod.diameter + cylinder.diameter)
+    bending = rod.material.youngs_modulus * np.pi * rod.diameter**4 / 64.0 / radius**2
     rows = np.flatnonzero((tension > ABOVE_BENDING * bending) & (tension < PART_OF_LAW * tension.max()))
     low, high = rows[np.argmin(tension[rows])], rows[np.argmax(tension[rows])]
     exponent = capstan_exponent(found.scene.contact.friction, 0.5 * rod.diameter, 0.5 * cylinder.diameter)
@@ -140,23 +143,23 @@ def _sliding_band(found: Outcome) -> Quantity:
 
 def _core(scene: Scene, *, small: bool) -> Sequence[Quantity]:
     quantities: list[Quantity] = []
-    classes: dict[str, float] = {}
+    iterations: dict[str, float] = {}
     others = {
         name: hard_scene(f"overhand-{name}", SLIGHT if small else (), small=small) for name in ("no-core", "core-6e5")
     }
     for name, of in {"core-6e4": scene, **others}.items():
         found = run(of)
         quantities += found.quantities(before="3_1", after="3_1", condition=name)
-        classes[name] = found.iterations / max(found.steps, 1)
-    usual = classes.pop("core-6e4")
+        iterations[name] = found.iterations / max(found.steps, 1)
+    usual = iterations.pop("core-6e4")
     quantities += [
-        Quantity(f"iterations a step, {name}", count, 2.0 * usual, kind="at most") for name, count in classes.items()
+        Quantity(f"iterations a step, {name}", count, 2.0 * usual, kind="at most") for name, count in iterations.items()
     ]
     return quantities
 
 
 def _release(found: Outcome) -> tuple[float, float]:
-    """How long the release took and might have taken at most [s]."""
+    """Duration of the release and its limit [s]."""
     step = next(step for step in found.scene.steps if isinstance(step, Release))
     rows = np.flatnonzero(found.force["step"] == step.name)
     time = found.force["time_s"]
@@ -167,11 +170,11 @@ def _release(found: Outcome) -> tuple[float, float]:
 def _soft(scene: Scene, *, small: bool) -> Sequence[Quantity]:
     knot = "unknot, unknot" if small else "8_20"
     found = run(scene)
+    common = found.quantities(before=knot, after=knot, penetration=SQUEEZED)
     if not found.finished:
-        return found.quantities(before=knot, penetration=SQUASHED)
-    took, longest = _release(found)
-    rest = Quantity("time to rest, s", took, 0.999 * longest, kind="at most")
-    return [*found.quantities(before=knot, after=knot, penetration=SQUASHED), rest]
+        return common
+    duration, longest = _release(found)
+    return [*common, Quantity("time to rest, s", duration, 0.999 * longest, kind="at most")]
 
 
 def _stiff(scene: Scene, *, small: bool) -> Sequence[Quantity]:
@@ -181,7 +184,7 @@ def _stiff(scene: Scene, *, small: bool) -> Sequence[Quantity]:
 
 
 def contacts(found: Outcome) -> list[Quantity]:
-    """Contact at points: there is some, in fewer samples than those of four patches as long as the rod is thick."""
+    """Contact at points: at least one sample, and fewer than four patches as long as the diameter have."""
     rod, contact = found.scene.rods[0], found.scene.contact
     spacing = contact.sample_spacing_over_diameter * rod.diameter
     ring = np.pi * rod.diameter / spacing
@@ -195,15 +198,16 @@ def contacts(found: Outcome) -> list[Quantity]:
 
 def _slip(scene: Scene, *, small: bool) -> Sequence[Quantity]:
     found = run(scene)
+    common = found.quantities(before="unknot" if small else "8_20", after="unknot")
     if not found.finished:
-        return found.quantities()
-    took, longest = _release(found)
+        return common
+    duration, longest = _release(found)
     steps = np.array([row["step_s"] for row in found.log if row["phase"] in ("release", "caught")])
     shortest = int(np.argmin(steps))
     before, after = steps[: shortest + 1].max(), steps[shortest:].max()
     return [
-        *found.quantities(after="unknot"),
-        Quantity("time until recognised as lost, s", took, 0.999 * longest, kind="at most"),
+        *common,
+        Quantity("time until recognised as lost, s", duration, 0.999 * longest, kind="at most"),
         Quantity("shortest step over the longest before", float(steps[shortest] / before), 0.5, kind="at most"),
         Quantity("longest step after it over the shortest", float(after / steps[shortest]), 2.0, kind="at least"),
     ]
@@ -211,7 +215,8 @@ def _slip(scene: Scene, *, small: bool) -> Sequence[Quantity]:
 
 def _end(scene: Scene, *, small: bool) -> Sequence[Quantity]:
     found = run(scene)
+    common = found.quantities(before="unknot" if small else "3_1", after="unknot")
     if not found.finished:
-        return found.quantities()
+        return common
     left = float(found.force["contacts"][-1])
-    return [*found.quantities(after="unknot"), Quantity("samples in contact at the end", left, 0.0, kind="at most")]
+    return [*common, Quantity("samples in contact at the end", left, 0.0, kind="at most")]

@@ -1,4 +1,4 @@
-"""A bulk that is all but incompressible: the same force, and no checkerboard in the pressure."""
+"""A nearly incompressible bulk: the same force, and no checkerboard in the pressure."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from functools import partial
 import numpy as np
 
 from knotfem.mesh.section import Section
+from knotfem.models.solid.model import SolidModel
+from knotfem.run.simulation import Simulation
 from knotfem.scene import Scene
-from knotfem.verify.rehearsal import Rehearsal
-from knotfem.verify.stress.cases import SLIGHT, hard_case, hard_scene
-from knotfem.verify.stress.figures import figures_of
-from knotfem.verify.verdict import Case, Quantity
+from knotfem.verify.case import Case, Quantity
+from knotfem.verify.stress.runs import SLIGHT, Recording, hard_case, hard_scene
 
 ROUGHER = 1.2
-"""How many times as rough the pressure of the stiff bulk may be."""
+"""Largest roughness of the pressure in the stiff bulk over that in the usual one."""
 
 
 def cases(*, small: bool = False) -> list[Case]:
-    """See `hard.hard_cases`."""
+    """See `suite.hard_cases`."""
     name, short = "overhand-bulk-5000", SLIGHT if small else ()
     scene = hard_scene(name, short, small=small)
     usual = hard_scene(name, ("rods.0.material.bulk_over_shear=500", *short), small=small)
@@ -31,13 +31,14 @@ def _bulk(scene: Scene, usual: Scene) -> Sequence[Quantity]:
     figures: list[Quantity] = []
     found: list[tuple[float, float, float]] = []
     for ratio, of in (("500", usual), ("5,000", scene)):
-        rehearsal = Rehearsal(of)
+        model = SolidModel(of)
+        recording = Recording(Simulation(of, model=model))
         force = 0.0
-        for passed in rehearsal.run(rehearsal.tied()):
-            force = passed.balance.force
-        figures += figures_of(rehearsal).quantities(before="3_1", after="3_1", condition=f"bulk over shear {ratio}")
-        rod = rehearsal.model.body.rods[0]
-        pressure, section = rod.bulk.pressure, rod.mesh.section
+        for step in recording:
+            force = step.force
+        figures += recording.outcome().quantities(before="3_1", after="3_1", condition=f"bulk over shear {ratio}")
+        pressure = recording.simulation.state.history["elasticity-1"]["pressure"]
+        section = model.body.rods[0].mesh.section
         found.append((force, roughness(pressure), roughness_across(pressure, section)))
     (force, along, across), stiff = found
     return [
@@ -49,23 +50,24 @@ def _bulk(scene: Scene, usual: Scene) -> Sequence[Quantity]:
 
 
 def roughness(pressure: np.ndarray) -> float:
-    """Share of an element pressure that alternates along the rod: near 0 if smooth, above 1 for a checkerboard.
+    """Fraction of the element pressures that alternates along the rod: near 0 if smooth, above 1 for a checkerboard.
 
     Args:
-        pressure: shape [slices, quads, modes]; the first mode is looked at.
+        pressure: shape [slices, quads, modes]; the first mode is used.
     """
     p = pressure[:, :, 0]
     return _size(p[1:-1] - 0.5 * (p[2:] + p[:-2])) / float(np.std(p))
 
 
 def roughness_across(pressure: np.ndarray, section: Section) -> float:
-    """Share of an element pressure by which quads of a section differ from their neighbours.
+    """Fraction of the element pressures by which quadrilaterals of a section differ from their neighbours.
 
-    What is linear across the section is left out. Near 0 if smooth, 2 where each is the opposite of its neighbours.
+    A linear distribution over the section is subtracted first. Near 0 if smooth, 2 where each is the opposite of its
+    neighbours.
 
     Args:
-        pressure: shape [slices, quads, modes]; the first mode is looked at.
-        section: whose quads they are.
+        pressure: shape [slices, quads, modes]; the first mode is used.
+        section: of the rod.
     """
     p = pressure[:, :, 0]
     corners = section.quads[:, :4]

@@ -1,4 +1,4 @@
-"""Twist put in at an end: the link of the rod, its twist plus its writhe, is kept while the knot is pulled."""
+"""Twist applied at an end: the link of the rod, its twist plus its writhe, is conserved while the knot is pulled."""
 
 from __future__ import annotations
 
@@ -9,36 +9,36 @@ import numpy as np
 
 from knotfem.geometry.frames import tangents, twist_of
 from knotfem.geometry.writhe import writhe
-from knotfem.models.solid.body import RodBody
+from knotfem.models.solid.body import SolidRod
+from knotfem.models.solid.model import SolidModel
+from knotfem.run.simulation import Simulation
 from knotfem.scene import Scene
 from knotfem.scene.steps import Turned
-from knotfem.verify.rehearsal import Rehearsal
-from knotfem.verify.stress.cases import hard_case, hard_scene
-from knotfem.verify.stress.figures import figures_of
-from knotfem.verify.verdict import Case, Quantity
+from knotfem.verify.case import Case, Quantity
+from knotfem.verify.stress.runs import Recording, hard_case, hard_scene
 
 FAR = 1e4
-"""How far the ends are continued, straight, over the rod's length: the writhe then errs by its inverse."""
+"""Length of the straight continuations of the ends over the rod's length; the error of the writhe is its inverse."""
 LINK = 0.01
 """Largest error of the link [turns]."""
 
 
 def cases(*, small: bool = False) -> list[Case]:
-    """See `hard.hard_cases`."""
+    """See `suite.hard_cases`."""
     short = (
         "steps.1.ends.rod.end.turns=0.5", "steps.1.duration=1 s", "steps.2.displacement=1 mm",
         "output.every_displacement=1 mm",
     )  # fmt: skip
     scene = hard_scene("twist", short if small else (), small=small)
-    title = "turns of twist put in at an end before the pull"
+    title = "turns of twist applied at an end before the pull"
     return [hard_case("twist", "", title, partial(_twist, scene), scene, small=small)]
 
 
-def link_of(rod: RodBody, x: np.ndarray) -> tuple[float, float]:
+def link_of(rod: SolidRod, x: np.ndarray) -> tuple[float, float]:
     """Twist and writhe of a rod [turns].
 
-    Their sum changes by the turns of its ends and by nothing else as long as no strand passes through another and the
-    ends keep their directions: the rod is thought of as going on straight for `FAR` of its lengths at both ends.
+    Their sum changes by the turns of the ends alone as long as no strand passes through another and the ends keep their
+    directions. Both ends are continued straight for `FAR` lengths of the rod.
 
     Args:
         rod: hexahedra.
@@ -59,17 +59,18 @@ def _twist(scene: Scene) -> Sequence[Quantity]:
     turn = scene.steps[1]
     end = turn.ends["rod"].end
     assert isinstance(end, Turned)
-    rehearsal = Rehearsal(scene)
-    rod = rehearsal.model.body.rods[0]
+    model = SolidModel(scene)
+    rod = model.body.rods[0]
+    recording = Recording(Simulation(scene, model=model))
     links: dict[str, list[tuple[float, float]]] = {step.name: [] for step in scene.steps}
-    for passed in rehearsal.run(rehearsal.tied()):
-        links[passed.step.name].append(link_of(rod, passed.x))
+    for step in recording:
+        links[step.step.name].append(link_of(rod, step.state.x))
     relaxed, turned, pulled = (np.array(links[step.name]) for step in scene.steps)
     drift = float(np.abs(pulled.sum(axis=1) - turned[-1].sum()).max())
     added = float(turned[-1].sum() - relaxed[-1].sum())
     return [
-        *figures_of(rehearsal).quantities(before="3_1", after="3_1"),
-        Quantity("link put in, turns", added, float(end.turns), LINK, "absolute"),
+        *recording.outcome().quantities(before="3_1", after="3_1"),
+        Quantity("link applied, turns", added, float(end.turns), LINK, "absolute"),
         Quantity("drift of the link in the pull, turns", drift, LINK, kind="at most"),
         Quantity("twist at the end, turns", float(pulled[-1, 0]), 2.0 * abs(end.turns), kind="at most"),
     ]

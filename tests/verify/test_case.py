@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from knotfem.errors import InputError, Interrupted, KnotfemError, NotConverged, Stopped
+from knotfem.verify.case import Case, Quantity, Result, check, select, table
 from knotfem.verify.suite import closed_forms
-from knotfem.verify.verdict import Case, Quantity, Verdict, judge, select, table
 
 
 @pytest.mark.parametrize(
@@ -29,38 +29,38 @@ from knotfem.verify.verdict import Case, Quantity, Verdict, judge, select, table
         (Quantity("", -math.inf, 1.0, kind="at most"), False),
     ],
 )
-def test_verdict_on_a_figure(quantity: Quantity, passed: bool) -> None:
+def test_check_of_a_figure(quantity: Quantity, passed: bool) -> None:
     assert quantity.passed is passed
 
 
 def test_a_case_without_figures_has_failed() -> None:
-    assert not judge(Case("a", lambda: [], "", "")).passed
+    assert not check(Case("a", lambda: [], "", "")).passed
 
 
 def fails() -> list[Quantity]:
     raise NotConverged("gave up")
 
 
-def test_errors_a_user_can_meet_are_verdicts() -> None:
-    verdict = judge(Case("a", fails, "", ""))
-    assert not verdict.passed
-    assert verdict.error == "NotConverged: gave up"
-    assert [row["verdict"] for row in verdict.rows()] == ["FAIL"]
+def test_errors_a_user_can_meet_are_results() -> None:
+    result = check(Case("a", fails, "", ""))
+    assert not result.passed
+    assert result.error == "NotConverged: gave up"
+    assert [row["result"] for row in result.rows()] == ["FAIL"]
 
 
-def test_any_other_error_is_a_verdict_too() -> None:
-    verdict = judge(Case("a", lambda: [Quantity("", 1 / 0, 1.0)], "", ""))
-    assert not verdict.passed
-    assert verdict.error == "ZeroDivisionError: division by zero"
+def test_any_other_error_is_a_result_too() -> None:
+    result = check(Case("a", lambda: [Quantity("", 1 / 0, 1.0)], "", ""))
+    assert not result.passed
+    assert result.error == "ZeroDivisionError: division by zero"
 
 
 @pytest.mark.parametrize("kind", [Stopped, Interrupted])
-def test_a_request_to_stop_is_no_verdict(kind: type[KnotfemError]) -> None:
+def test_a_request_to_stop_is_no_result(kind: type[KnotfemError]) -> None:
     def stops() -> list[Quantity]:
         raise kind("a checkpoint is written")
 
     with pytest.raises(kind, match="a:x was stopped before its end"):
-        judge(Case("a", stops, "", "", variant="x"))
+        check(Case("a", stops, "", "", variant="x"))
 
 
 def test_selection_keeps_the_order_of_the_suite() -> None:
@@ -77,12 +77,12 @@ def test_table_without_rows_has_its_columns() -> None:
     assert {len(column) for column in columns.values()} == {0}
 
 
-def test_table_has_a_row_a_figure() -> None:
+def test_table_has_a_row_for_each_figure() -> None:
     case = Case("a", fails, "title", "source", "mesh")
-    verdict = Verdict(case, (Quantity("force", 1.0, 1.0, 0.01, condition="tight"), Quantity("gap", 2.0, 1.0)), 0.5)
-    columns = table([verdict, Verdict(case, error="gave up")])
+    result = Result(case, (Quantity("force", 1.0, 1.0, 0.01, condition="tight"), Quantity("gap", 2.0, 1.0)), 0.5)
+    columns = table([result, Result(case, error="gave up")])
     assert columns["quantity"].tolist() == ["force, tight", "gap", "gave up"]
-    assert columns["verdict"].tolist() == ["pass", "FAIL", "FAIL"]
+    assert columns["result"].tolist() == ["pass", "FAIL", "FAIL"]
     assert set(map(len, columns.values())) == {3}
     assert isinstance(columns["found"], np.ndarray)
 

@@ -1,4 +1,4 @@
-"""Small versions of all hard cases, and the measures that their verdicts rest on."""
+"""Small versions of all hard cases, and the measures on which their results rest."""
 
 from __future__ import annotations
 
@@ -9,26 +9,29 @@ import numpy as np
 import pytest
 from specimens import make_rod
 
+import knotfem as kf
 from knotfem import shipped
 from knotfem.errors import Interrupted, KnotfemError, MissingDependency, NotConverged, Stopped
 from knotfem.models.solid.body import build_body
-from knotfem.run import driver
+from knotfem.models.solid.model import SolidModel
 from knotfem.run.directory import RunDirectory
+from knotfem.run.simulation import PhaseDone, Simulation, TimeStepDone
 from knotfem.scene import Scene, load_scene
 from knotfem.scene.steps import Relax
-from knotfem.verify.rehearsal import Rehearsal
+from knotfem.solver.state import Motion, State
+from knotfem.verify.case import Case, Quantity, Result, check, select
 from knotfem.verify.stress import input as hard_input
 from knotfem.verify.stress import steps as hard_steps
-from knotfem.verify.stress.cases import Outcome, hard_cases, hard_scene, run
 from knotfem.verify.stress.display import COMMON, runs, show
-from knotfem.verify.stress.figures import figures_of
 from knotfem.verify.stress.input import random_curve, tie_random
 from knotfem.verify.stress.invariance import twins
 from knotfem.verify.stress.knots import capstan_exponent, contacts
+from knotfem.verify.stress.outcome import Outcome
 from knotfem.verify.stress.pressure import roughness, roughness_across
+from knotfem.verify.stress.runs import Recording, hard_scene, run
 from knotfem.verify.stress.steps import force_error
+from knotfem.verify.stress.suite import hard_cases
 from knotfem.verify.stress.twist import link_of
-from knotfem.verify.verdict import Case, Quantity, Verdict, judge, select
 
 ROWS = {
     "frictionless", "rough", "bulk", "core", "soft", "stiff", "slip", "end", "overlap", "twist", "hold", "cycles",
@@ -38,10 +41,10 @@ ROWS = {
 
 @pytest.mark.parametrize("case", hard_cases(small=True), ids=lambda case: case.name)
 def test_small_version(case: Case) -> None:
-    verdict = judge(case)
-    for q in verdict.quantities:
+    result = check(case)
+    for q in result.quantities:
         print(f"\n{case.name}, {q.name} {q.condition}: {q.shown}", end="")
-    assert verdict.passed, [(q.name, q.condition, q.shown) for q in verdict.quantities if not q.passed] or verdict.error
+    assert result.passed, [(q.name, q.condition, q.shown) for q in result.quantities if not q.passed] or result.error
 
 
 def test_every_row_has_a_case_and_every_case_a_full_version() -> None:
@@ -158,15 +161,15 @@ def test_error_of_a_force_curve() -> None:
     assert force_error(usual, usual) == 0.0
 
 
-def test_outcome_is_judged_by_its_figures(capsys) -> None:
+def test_outcome_is_checked_by_its_figures(capsys) -> None:
     good = outcome([1.0], [1.0])
     assert all(q.passed for q in good.quantities(before="3_1", after="3_1"))
-    lost = good.quantities(after="unknot")
+    lost = good.quantities(before="3_1", after="unknot")
     assert [q.name for q in lost if not q.passed] == ["knot after"]
-    assert set(runs(good.quantities())[""]) == set(COMMON)
+    assert set(runs(lost)[""]) == set(COMMON)
     case = Case("rough", lambda: [], "title", "hard cases")
     extra = Quantity("force, N", 2.0, 1.0, 0.1)
-    show([Verdict(case, (*lost, extra), 1.5), Verdict(case, error="NotConverged: gave up")])
+    show([Result(case, (*lost, extra), 1.5), Result(case, error="NotConverged: gave up")])
     text = capsys.readouterr().out
     assert "FAIL" in text
     assert "2 cases, 2 failed" in text
@@ -175,10 +178,17 @@ def test_outcome_is_judged_by_its_figures(capsys) -> None:
 
 def test_what_was_not_measured_and_what_may_deviate_is_shown(capsys) -> None:
     at_rest = replace(outcome([1.0], [1.0]), energy_error=None)
-    show([Verdict(Case("overlap", lambda: [], "", ""), (*at_rest.quantities(), Quantity("gap", 0.5, 0.6, 0.25)))])
+    show(
+        [
+            Result(
+                Case("overlap", lambda: [], "", ""),
+                (*at_rest.quantities(before="3_1", after="3_1"), Quantity("gap", 0.5, 0.6, 0.25)),
+            )
+        ]
+    )
     row = next(line for line in capsys.readouterr().out.splitlines() if "3_1" in line)
     assert [cell.strip() for cell in row.split("│")][6:9] == ["3_1", "3_1", "-"]
-    show([Verdict(Case("overlap", lambda: [], "", ""), (Quantity("gap", 0.5, 0.6, 0.25),))])
+    show([Result(Case("overlap", lambda: [], "", ""), (Quantity("gap", 0.5, 0.6, 0.25),))])
     assert "-16.67 % of 25 %" in capsys.readouterr().out
 
 
@@ -188,8 +198,9 @@ def test_mesh_is_that_of_the_scene() -> None:
     assert meshes["overlap:smoothed"] == meshes["frictionless:overhand"] == "12 hexes a section, h = 2.5 mm"
 
 
-def fails_at_once(scene: Scene, directory: RunDirectory) -> None:
+def fails_at_once(scene: Scene, *, out: Path, progress: bool) -> None:
     """A run that gives up before it has a row of force."""
+    directory = RunDirectory.create(scene, out)
     directory.write_summary(
         {"steps": 0, "newton_iterations": 0, "cutbacks": 9, "min_jacobian": 1.0, "max_penetration_over_d": 0.0}
     )  # fmt: skip
@@ -199,22 +210,22 @@ def fails_at_once(scene: Scene, directory: RunDirectory) -> None:
 
 @pytest.mark.parametrize("name", ["frictionless:overhand", "rough:capstan", "slip", "hold", "cycles"])
 def test_a_run_that_fails_at_once_is_shown_to_have_failed(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(driver, "pull", fails_at_once)
+    monkeypatch.setattr(kf, "pull", fails_at_once)
     (case,) = select(hard_cases(small=True), [name])
-    verdict = judge(case)
-    assert not verdict.error
-    assert [q.found for q in verdict.quantities if q.name == "finished"] == ["NotConverged: gave up"]
-    assert not verdict.passed
+    result = check(case)
+    assert not result.error
+    assert [q.found for q in result.quantities if q.name == "finished"] == ["NotConverged: gave up"]
+    assert not result.passed
 
 
 @pytest.mark.parametrize("kind", [Interrupted, Stopped, MissingDependency])
 def test_only_a_run_that_gave_up_or_lost_its_knot_says_so(
     kind: type[KnotfemError], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def ends(scene: Scene, directory: RunDirectory) -> None:
+    def ends(scene: Scene, *, out: Path, progress: bool) -> None:
         raise kind("ended")
 
-    monkeypatch.setattr(driver, "pull", ends)
+    monkeypatch.setattr(kf, "pull", ends)
     with pytest.raises(kind):
         run(load_scene("overhand"))
 
@@ -223,10 +234,10 @@ def test_only_a_run_that_gave_up_or_lost_its_knot_says_so(
 def test_random_curves_heed_a_request_to_stop(
     kind: type[KnotfemError], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    def ends(scene: Scene, directory: RunDirectory) -> None:
+    def ends(scene: Scene, *, out: Path, progress: bool) -> None:
         raise kind("asked to stop")
 
-    monkeypatch.setattr(driver, "tie", ends)
+    monkeypatch.setattr(kf, "tie", ends)
     with pytest.raises(kind):
         tie_random(1, tmp_path)
     if kind is Stopped:
@@ -239,9 +250,9 @@ def test_settings_may_fail_if_they_say_so(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr(hard_steps, "_usual", lambda small: usual)
     monkeypatch.setattr(hard_steps, "run", lambda scene: failed)
     (case,) = select(hard_cases(small=True), ["settings:loose-tolerance"])
-    assert judge(case).passed
+    assert check(case).passed
     monkeypatch.setattr(hard_steps, "_usual", lambda small: failed)
-    assert not judge(case).passed
+    assert not check(case).passed
 
 
 def test_contact_at_points_is_contact() -> None:
@@ -251,10 +262,48 @@ def test_contact_at_points_is_contact() -> None:
     assert [q.passed for q in contacts(found)] == [True, True]
 
 
-def test_rehearsal_keeps_the_worst_and_names_the_knot() -> None:
-    rehearsal = Rehearsal(hard_scene("overhand-core-6e4", ("steps.1.displacement=0.2 mm",), small=True))
-    seen = [passed for passed in rehearsal.run(rehearsal.tied()) if not isinstance(passed.step, Relax)]
-    figures = figures_of(rehearsal)
-    assert (figures.before, figures.after) == ("3_1", "3_1")
-    assert figures.energy_error == pytest.approx(max(abs(p.missing) for p in seen) / rehearsal.turned_over)
-    assert rehearsal.turned_over > 0.0
+def test_recording_keeps_the_worst_and_names_the_knot() -> None:
+    recording = Recording(Simulation(hard_scene("overhand-core-6e4", ("steps.1.displacement=0.2 mm",), small=True)))
+    seen = [step.energies for step in recording if not isinstance(step.step, Relax)]
+    found = recording.outcome()
+    assert (found.before, found.after) == ("3_1", "3_1")
+    scale = max(max(abs(e.work), e.elastic, e.friction, e.taken.get("drag", 0.0)) for e in seen)
+    assert scale > 0.0
+    assert found.energy_error == pytest.approx(max(abs(e.error) for e in seen) / scale)
+
+
+def tied_overhand() -> tuple[Scene, np.ndarray]:
+    scene = hard_scene("overhand-core-6e4", small=True)
+    simulation = Simulation(scene, "tie")
+    next(event for event in simulation.run() if isinstance(event, PhaseDone))
+    return scene, simulation.state.x
+
+
+def test_knot_before_and_knot_after_are_those_of_two_states() -> None:
+    scene, x = tied_overhand()
+    model = SolidModel(scene)
+    recording = Recording(Simulation(scene, model=model))
+    recording.simulation.start_at(State.of(Motion.at_rest(x), {}))
+    recording.simulation.state = State.of(Motion.at_rest(model.body.rods[0].mesh.nodes), {})
+    found = recording.outcome()
+    assert (found.before, found.after) == ("3_1", "unknot")
+    wrong = [q.name for q in found.quantities(before="3_1", after="3_1") if not q.passed]
+    assert wrong == ["knot after"]
+    assert [q.name for q in found.quantities(before="unknot", after="unknot") if not q.passed] == ["knot before"]
+
+
+@pytest.mark.parametrize("turn", [np.eye(3), np.array([[0.36, 0.48, -0.80], [-0.80, 0.60, 0.0], [0.48, 0.64, 0.60]])])
+def test_a_simulation_starts_at_a_given_state_without_history(turn: np.ndarray) -> None:
+    scene, x = tied_overhand()
+    simulation = Simulation(scene, "tie")
+    start = State.of(Motion.at_rest(x @ turn.T + [5.0, -3.0, 8.0]), {})
+    simulation.start_at(start)
+    assert simulation.knots_before is not None
+    assert simulation.knots_before["rod"]["name"] == "3_1"
+    first = next(simulation.run())
+    assert isinstance(first, TimeStepDone)
+    assert first.accepted.start.x == pytest.approx(start.x)
+    again = Simulation(scene, "tie")
+    again.restore(simulation.checkpoint())
+    np.testing.assert_allclose(again.monitor.ends, simulation.monitor.ends)
+    np.testing.assert_array_equal(again.state.x, first.state.x)

@@ -1,4 +1,4 @@
-"""What a case of the suite measures, and the verdict on it."""
+"""What a case of a suite measures, and the result of the check."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ Kind = Literal["relative", "absolute", "at most", "at least", "above", "equal"]
 LIMITS: dict[Kind, str] = {"at most": "<= ", "at least": ">= ", "above": "> "}
 """Kinds whose expected value is a limit, and how it is shown."""
 COLUMNS = (
-    "case", "title", "quantity", "expected", "found", "deviation", "tolerance", "kind", "verdict", "source", "mesh",
+    "case", "title", "quantity", "expected", "found", "deviation", "tolerance", "kind", "result", "source", "mesh",
     "seconds",
 )  # fmt: skip
-"""Of the table of verdicts."""
+"""Of the table of results."""
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """A measured figure beside what it must be.
+    """A measured figure and what it must be.
 
     Attributes:
         name: what it is, with its unit.
@@ -52,7 +52,7 @@ class Quantity:
 
     @property
     def passed(self) -> bool:
-        """Whether it is what it must be; a figure that is not finite is not."""
+        """Whether it is what it must be; a figure that is not finite never is."""
         if self.kind == "equal":
             return self.found == self.expected
         if not np.isfinite(self.deviation):
@@ -67,7 +67,7 @@ class Quantity:
 
     @property
     def shown(self) -> tuple[str, str, str]:
-        """Expected, found and deviation as a person reads them."""
+        """Expected, found and deviation as text."""
         limit = LIMITS.get(self.kind, "")
         deviation = ""
         if self.kind == "relative":
@@ -82,13 +82,13 @@ class Case:
     """A case of the suite.
 
     Attributes:
-        group: name of the case on the command line.
-        measure: runs it.
+        group: name on the command line.
+        measure: runs the case.
         title: in words.
         source: of the expected values.
-        mesh: model, mesh and settings it is run with.
-        variant: tells cases of a group apart, such as the element.
-        slow: takes longer than a quick test may.
+        mesh: model, mesh and settings.
+        variant: distinguishes cases of a group, such as the element.
+        slow: whether it takes longer than a quick test may.
     """
 
     group: str
@@ -106,14 +106,14 @@ class Case:
 
 
 @dataclass(frozen=True)
-class Verdict:
-    """What came of a case.
+class Result:
+    """The result of checking a case.
 
     Attributes:
         case: which one.
-        quantities: measured; empty when it failed.
+        quantities: measured; empty where an error ended the case.
         seconds: wall time.
-        error: why it could not be measured.
+        error: what ended the case, or "".
     """
 
     case: Case
@@ -127,7 +127,7 @@ class Verdict:
         return not self.error and bool(self.quantities) and all(q.passed for q in self.quantities)
 
     def rows(self) -> list[dict[str, Any]]:
-        """A plain record a quantity, or one for a case that could not be measured."""
+        """One record for each quantity, or one for a case that an error ended."""
         common = {"case": self.case.name, "title": self.case.title}
         tail = {"source": self.case.source, "mesh": self.case.mesh, "seconds": round(self.seconds, 3)}
         rows = [
@@ -139,22 +139,22 @@ class Verdict:
                 "deviation": q.deviation if np.isfinite(q.deviation) else "",
                 "tolerance": q.tolerance,
                 "kind": q.kind,
-                "verdict": "pass" if q.passed else "FAIL",
+                "result": "pass" if q.passed else "FAIL",
                 **tail,
             }
             for q in self.quantities
         ]
         if self.error:
             nothing = {"expected": "", "found": "", "deviation": "", "tolerance": 0.0, "kind": ""}
-            rows.append({**common, "quantity": self.error, **nothing, "verdict": "FAIL", **tail})
+            rows.append({**common, "quantity": self.error, **nothing, "result": "FAIL", **tail})
         return rows
 
 
-def judge(case: Case) -> Verdict:
-    """Run a case; an error is a verdict too.
+def check(case: Case) -> Result:
+    """Run a case; an error is a result too.
 
     Raises:
-        Stopped, Interrupted: a request to stop, which is none.
+        Stopped, Interrupted: the case was asked to stop, so that it has no result.
     """
     began = time.perf_counter()
     try:
@@ -162,15 +162,15 @@ def judge(case: Case) -> Verdict:
     except (Stopped, Interrupted) as error:
         raise type(error)(f"{case.name} was stopped before its end") from error
     except Exception as error:
-        return Verdict(case, seconds=time.perf_counter() - began, error=f"{type(error).__name__}: {error}")
-    return Verdict(case, quantities, time.perf_counter() - began)
+        return Result(case, seconds=time.perf_counter() - began, error=f"{type(error).__name__}: {error}")
+    return Result(case, quantities, time.perf_counter() - began)
 
 
 def select(cases: Sequence[Case], names: Iterable[str]) -> list[Case]:
     """Cases by group or full name, in the order of the suite; all of them when no name is given.
 
     Raises:
-        InputError: a name that no case has.
+        InputError: no case has such a name.
     """
     wanted = list(names)
     known = dict.fromkeys(name for case in cases for name in (case.group, case.name))
@@ -181,9 +181,9 @@ def select(cases: Sequence[Case], names: Iterable[str]) -> list[Case]:
     return [case for case in cases if not wanted or case.group in wanted or case.name in wanted]
 
 
-def table(verdicts: Iterable[Verdict]) -> Mapping[str, np.ndarray]:
-    """The `COLUMNS` of all records, shape [rows], for `run.tables.write_table`."""
-    rows = [row for verdict in verdicts for row in verdict.rows()]
+def table(results: Iterable[Result]) -> Mapping[str, np.ndarray]:
+    """The `COLUMNS` of all records, each of shape [rows], for `run.tables.write_table`."""
+    rows = [row for result in results for row in result.rows()]
     return {name: np.array([row[name] for row in rows], dtype=object) for name in COLUMNS}
 
 
