@@ -8,18 +8,20 @@ friction smoothed by velocity it would.
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from knotfem.contact.obstacle import ObstacleContact
 from knotfem.contact.pairs import PairContact
 from knotfem.solver.term import Role, Term, TimeStep
 from knotfem.sparse.pattern import Matrix, stencil_keys, view_of
 from knotfem.sparse.scatter import MatrixView
 from knotfem.types import Arrays
 
-Contact = PairContact | ObstacleContact
+if TYPE_CHECKING:
+    from knotfem.contact.obstacle import ObstacleContact
+
+    Contact = PairContact | ObstacleContact
 
 
 class FrictionView(Protocol):

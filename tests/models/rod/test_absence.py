@@ -9,13 +9,12 @@ import sys
 import numpy as np
 import pytest
 
-from knotfem.models.registry import REGISTRY
-from knotfem.models.rod.reduced import Reduced
-from knotfem.run import driver
+import knotfem as kf
+from knotfem.contact.friction import Friction
+from knotfem.contact.obstacle import ObstacleContact
+from knotfem.models.effects import EFFECTS
+from knotfem.models.rod.model import RodModel
 from knotfem.run.check import check
-from knotfem.run.directory import RunDirectory
-from knotfem.run.tables import read_table
-from knotfem.scene import load_scene
 
 BARE = (
     "model=rod", "rods.0.length=40 mm", "rods.0.mesh.element_length=4 mm", "output.fields=false", "solver.threads=1",
@@ -39,22 +38,26 @@ ON = {
 ELASTIC = {"frames", "stretch", "bend", "twist"}
 MODULES = {
     "internal damping": {"models.rod.damping", "models.rod.damping_kernels"},
-    "contact": {f"contact.{name}" for name in ("curve_contact", "curve_contact_kernels", "curve", "curve_search")},
-    "friction": {"contact.curve_friction", "contact.curve_friction_kernels"},
-    "cylinder": {"contact.curve_cylinder", "contact.curve_cylinder_kernels"},
+    "inertia": {"terms.inertia"},
+    "gravity": {"terms.gravity"},
+    "viscous_drag": {"terms.viscous"},
+    "load": {"terms.load"},
+    "contact": {f"contact.{name}" for name in ("pairs", "curve_pairs", "curve", "search")},
+    "friction": {"contact.friction", "contact.curve_friction", "contact.slip"},
+    "cylinder": {"contact.obstacle", "contact.obstacle_friction"},
 }
 """By the effect that needs them."""
 
 
 def scene_of(*overrides: str):
-    return load_scene("cantilever", [*BARE, *overrides])
+    return kf.load_scene("cantilever", [*BARE, *overrides])
 
 
 @pytest.mark.parametrize("name", list(ON))
 def test_a_scene_turns_each_effect_on_by_itself(name: str) -> None:
     bare, shown = check(scene_of()), check(scene_of(*ON[name]))
-    assert set(bare["effects"]) == ELASTIC
-    assert set(bare["absent"]) == {registered.name for registered in REGISTRY}
+    assert set(bare["effects"]) == ELASTIC - {"frames"}
+    assert set(bare["absent"]) == {effect.name for effect in EFFECTS}
     assert name in shown["effects"]
     assert name not in shown["absent"]
     assert set(shown["absent"]) | set(shown["effects"]) >= set(bare["absent"])
@@ -65,51 +68,46 @@ def test_a_scene_turns_each_effect_on_by_itself(name: str) -> None:
 def test_mass_is_made_only_for_who_asks() -> None:
     for name in ON:
         asks = name in ("inertia", "drag", "gravity")
-        assert ("mass" in vars(Reduced(scene_of(*ON[name])).rod)) == asks
+        assert ("mass" in vars(RodModel(scene_of(*ON[name])).discrete)) == asks
 
 
 def test_no_friction_of_a_cylinder_is_made_without_a_coefficient() -> None:
-    for friction, made in ((0.0, False), (0.4, True)):
-        model = Reduced(scene_of(*TOUCHING, PEG % friction))
-        assert bool(model.named("cylinder friction")) == made
-        ((_, rubbing),) = model.rod.cylinders
-        assert (rubbing is not None) == made
+    for friction, names in ((0.0, []), (0.4, ["cylinder friction"])):
+        terms = RodModel(scene_of(*TOUCHING, PEG % friction)).terms
+        assert [term.name for term in terms if isinstance(term, Friction)] == names
+        assert len([term for term in terms if isinstance(term, ObstacleContact)]) == 1
 
 
 IMPORTS = """
 from pathlib import Path
 import json, sys
-from knotfem.run import driver
-from knotfem.run.directory import RunDirectory
-from knotfem.scene import load_scene
-scene = load_scene("cantilever", json.loads(sys.argv[1]))
-driver.pull(scene, RunDirectory.create(scene, Path(sys.argv[2])))
+import knotfem as kf
+out = sys.argv[2] or None
+kf.pull("cantilever", json.loads(sys.argv[1]), out=out, progress=False)
 print(json.dumps(sorted(name for name in sys.modules if name.startswith("knotfem."))))
 """
 
 
 @pytest.mark.parametrize("overrides", [(), TOUCHING], ids=["bare", "contact"])
-def test_a_whole_run_imports_no_absent_effect(tmp_path, overrides: tuple[str, ...]) -> None:
-    arguments = [sys.executable, "-c", IMPORTS, json.dumps([*BARE, *overrides]), str(tmp_path / "run")]
+@pytest.mark.parametrize("where", ["in memory", "on disk"])
+def test_a_whole_run_imports_no_absent_effect(tmp_path, where: str, overrides: tuple[str, ...]) -> None:
+    out = str(tmp_path / "run") if where == "on disk" else ""
+    arguments = [sys.executable, "-c", IMPORTS, json.dumps([*BARE, *overrides]), out]
     done = subprocess.run(arguments, capture_output=True, text=True, check=True)
     found = set(json.loads(done.stdout.splitlines()[-1]))
     assert "knotfem.models.rod.bend" in found
     present = {"contact"} if overrides else set()
     for name, modules in MODULES.items():
-        assert bool({f"knotfem.{module}" for module in modules} & found) == (name in present), name
-    assert not found & {"knotfem.contact.material_points", "knotfem.models.rod.mass"}
-    assert not found & {f"knotfem.models.solid.{module}" for module in ("hexahedra", "elasticity", "body")}
-    others = {registered.module for registered in REGISTRY} - {"knotfem.terms.load"}
-    assert not found & {module for module in others if not module.startswith("knotfem.models.rod.")}
+        its_own = {f"knotfem.{module}" for module in modules}
+        assert its_own & found == (its_own if name in present else set()), name
+    assert "knotfem.models.rod.mass" not in found
+    assert not {name for name in found if name.startswith("knotfem.models.solid.") or ".tube" in name}
 
 
-def test_a_run_visits_each_effect_that_is_there_and_no_other(tmp_path) -> None:
-    scene = scene_of(*ON["internal damping"], *ON["gravity"])
-    run = RunDirectory.create(scene, tmp_path / "run")
-    driver.pull(scene, run)
-    summary = run.read_summary()
+def test_a_run_visits_each_effect_that_is_there_and_no_other() -> None:
+    summary = kf.pull(scene_of(*ON["internal damping"], *ON["gravity"]), progress=False).summary
     assert set(summary["effects"]) == ELASTIC | {"internal damping", "gravity"}
-    assert set(summary["absent_effects"]) == {registered.name for registered in REGISTRY} - set(summary["effects"])
+    assert set(summary["absent_effects"]) == {effect.name for effect in EFFECTS} - set(summary["effects"])
 
 
 @pytest.mark.parametrize(
@@ -121,11 +119,9 @@ def test_a_run_visits_each_effect_that_is_there_and_no_other(tmp_path) -> None:
         (*TOUCHING, PEG.replace("-9 mm", "-30 mm") % 0.0),
     ],
 )
-def test_a_coefficient_of_zero_changes_nothing(tmp_path, nothing: tuple[str, ...]) -> None:
-    ends = []
-    for name, overrides in (("bare", ()), ("nothing", nothing)):
-        scene = scene_of(*ON["gravity"], *overrides)
-        run = RunDirectory.create(scene, tmp_path / name)
-        driver.pull(scene, run)
-        ends.append(np.array(read_table(run.path / "force.csv")["elastic_Nmm"]))
+def test_a_coefficient_of_zero_changes_nothing(nothing: tuple[str, ...]) -> None:
+    ends = [
+        kf.pull(scene_of(*ON["gravity"], *overrides), progress=False).table("force")["elastic_Nmm"]
+        for overrides in ((), nothing)
+    ]
     np.testing.assert_allclose(ends[1], ends[0], rtol=1e-12)
