@@ -6,6 +6,7 @@ import json
 
 import click
 
+import knotfem as kf
 from knotfem_cli.common import Verb, facts, from_option, last_option, model_option, shared_options, with_model
 
 
@@ -33,12 +34,10 @@ def check(
     Example:
       knotfem check bowline --set 'rods.0.mesh.element_length=1 mm'
     """
-    from knotfem.scene import load_scene, scene_to_toml
+    from knotfem.scene import scene_to_toml
 
-    resolved = load_scene(scene, with_model(overrides, model, from_run, last))
-    from knotfem.run.check import check as inspect
-
-    found = inspect(resolved)
+    resolved = kf.load_scene(scene, with_model(overrides, model, from_run, last))
+    found = kf.check(resolved)
     if log_format == "json":
         click.echo(json.dumps({"scene": resolved.model_dump(mode="json"), **found}))
     elif not quiet:

@@ -1,21 +1,19 @@
-"""What the verbs share: their options, error messages and the frame of a computation."""
+"""What the verbs share: their options, error messages, progress and where the results are."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from knotfem.errors import InputError, KnotfemError
+from knotfem.errors import KnotfemError
 
 if TYPE_CHECKING:
-    from knotfem.run.directory import RunDirectory
+    from knotfem.results.run import Run
     from knotfem.run.progress import Progress
-    from knotfem.scene import Scene
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -97,45 +95,16 @@ def displacement(at: str | None, option: str = "--at") -> float | None:
     return parse_quantity(at, LENGTH, option)
 
 
-def open_run(path: str, overrides: tuple[str, ...]) -> RunDirectory:
-    """An existing run, its solver and output settings changed as asked."""
-    from knotfem.run.directory import RunDirectory
-
-    run = RunDirectory.open(path)
-    if overrides:
-        run.override(overrides)
-    return run
-
-
-def new_run(scene: Scene, output: Path | None, force: bool) -> RunDirectory:
-    """The folder of a new run, made once the run that it sets out from is known to be right."""
-    from knotfem.run.directory import RunDirectory
-
-    if scene.tie.source is not None:
-        from knotfem.models.rod.source import source_rods
-
-        source_rods(scene)
-        if output is not None and output.resolve() == Path(scene.tie.source):
-            raise InputError("the run would replace its source", file=output, expected="another folder")
-    return RunDirectory.create(scene, output, force=force)
-
-
-@contextmanager
-def computing(run: RunDirectory, quiet: bool, log_format: str) -> Iterator[Progress]:
-    """Hold the run, show progress, and say at the end where the results are."""
+def progress_of(quiet: bool, log_format: str) -> Progress:
+    """Progress of a computation, on standard error."""
     from knotfem.run.progress import make_progress
 
-    progress = make_progress(quiet=quiet, log_format="json" if log_format == "json" else "text")
-    try:
-        progress.message(f"run directory {run.path}")
-        with run.locked():
-            yield progress
-    finally:
-        progress.close()
-    try:
-        summary = run.read_summary()
-    except InputError:
-        summary = {}
+    return make_progress(quiet=quiet, log_format="json" if log_format == "json" else "text")
+
+
+def show_run(run: Run, quiet: bool, log_format: str) -> None:
+    """Say at the end where the results are."""
+    summary = run.summary
     if log_format == "json":
         click.echo(json.dumps({"run": str(run.path), **summary}))
         return

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from knotfem_cli.common import Verb, at_option, displacement, open_run, output_option, shared_options
+import knotfem as kf
+from knotfem_cli.common import Verb, at_option, displacement, output_option, shared_options
 
 if TYPE_CHECKING:
     from knotfem.results.compare import Cell, Figure
@@ -42,11 +43,8 @@ def compare(
       knotfem compare solid light -o solid-light.pdf --at "60 mm"
       knotfem compare solid light --step load
     """
-    directories = [open_run(run, overrides) for run in runs]
-    place, onset = displacement(at), displacement(locking, "--locking")
-    from knotfem.results.compare import compare as hold
-
-    found = hold(directories, locking=onset, at=place, step=step)
+    opened = [kf.open_run(run, overrides) for run in runs]
+    found = kf.compare(*opened, locking=displacement(locking, "--locking"), at=displacement(at), step=step)
     picture = output or Path("compare.png")
     table = found.write(picture)
     labels = [curve.label for curve in found.curves]

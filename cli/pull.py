@@ -3,27 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
+import knotfem as kf
 from knotfem.errors import InputError
 from knotfem_cli.common import (
     Verb,
-    computing,
     force_option,
     from_option,
     last_option,
     model_option,
-    new_run,
-    open_run,
     output_option,
+    progress_of,
     shared_options,
+    show_run,
     with_model,
 )
-
-if TYPE_CHECKING:
-    from knotfem.run.directory import RunDirectory
 
 
 @click.command(cls=Verb)
@@ -33,7 +29,9 @@ if TYPE_CHECKING:
 @model_option
 @from_option
 @last_option
-@click.option("--accuracy", metavar="SHARE", help='Settings that were measured to reach it, such as "2%"; of a SCENE.')
+@click.option(
+    "--accuracy", metavar="FRACTION", help='Settings that were measured to reach it, such as "2%"; of a SCENE.'
+)
 @shared_options
 def pull(
     source: str,
@@ -60,32 +58,22 @@ def pull(
       knotfem pull bowline --accuracy 2%
       knotfem pull bowline --model rod
     """
-    overrides, says = with_model(overrides, model, from_run, last), ""
+    chosen, progress = with_model(overrides, model, from_run, last), progress_of(quiet, log_format)
     if accuracy is not None:
         from knotfem.study.accuracy import accurate_overrides
 
-        overrides, says = accurate_overrides(source, overrides, accuracy)
-    run = _prepare(source, output, force, overrides)
-    from knotfem.run import driver
-
-    with computing(run, quiet, log_format) as progress:
-        if says:
-            progress.message(says)
-        driver.pull(run.scene, run, progress)
+        chosen, says = accurate_overrides(source, chosen, accuracy)
+        progress.message(says)
+    run = kf.pull(source, chosen, out=_folder(source, output), force=force, progress=progress)
+    show_run(run, quiet, log_format)
 
 
-def _prepare(source: str, output: Path | None, force: bool, overrides: tuple[str, ...]) -> RunDirectory:
+def _folder(source: str, output: Path | None) -> Path | bool:
+    """Where the run goes: a run goes on in its own folder if no other is named."""
     from knotfem.run.directory import RunDirectory
-    from knotfem.scene import load_scene
-    from knotfem.shipped import scene_names
 
-    shipped = source in scene_names() and not RunDirectory.is_run(source)
-    if shipped or not Path(source).is_dir():
-        return new_run(load_scene(source, overrides), output, force)
-    if output is None:
-        return open_run(source, overrides)
-    run = RunDirectory.open(source)
-    if output.resolve() == run.path.resolve():
+    if not RunDirectory.is_run(source):
+        return output or True
+    if output is not None and output.resolve() == Path(source).resolve():
         raise InputError("the run would replace its source", file=output, expected="another folder, or none with -o")
-    scene = load_scene(run.scene_file, overrides)
-    return run.branch(scene, output, force=force) if run.tied else new_run(scene, output, force)
+    return output or Path(source)

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import click
 
+import knotfem as kf
 from knotfem_cli.common import (
     Verb,
     at_option,
     displacement,
     model_option,
-    open_run,
     output_option,
     run_argument,
     shared_options,
@@ -49,11 +49,9 @@ def render(
     Example:
       knotfem render runs/bowline-1 -o knot.png --colour tension
     """
-    directory, millimetres = open_run(run, with_model(overrides, model)), displacement(at)
-    out = output or directory.path / f"knot-{colour}.png"
-    from knotfem.plot.pictures import render as draw
-
-    draw(directory, out, colour, millimetres)
+    drawn, millimetres = kf.open_run(run, with_model(overrides, model)), displacement(at)
+    out = output or Path(run) / f"knot-{colour}.png"
+    drawn.state(millimetres).render(out, colour)
     if log_format == "json":
         click.echo(json.dumps({"picture": str(out)}))
     elif not quiet:

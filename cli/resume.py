@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import click
 
-from knotfem_cli.common import Verb, computing, model_option, open_run, run_argument, shared_options, with_model
+import knotfem as kf
+from knotfem_cli.common import Verb, model_option, progress_of, run_argument, shared_options, show_run, with_model
 
 
 @click.command(cls=Verb)
@@ -21,8 +22,5 @@ def resume(run: str, model: str | None, overrides: tuple[str, ...], quiet: bool,
       knotfem resume runs/bowline-1
       knotfem resume runs/bowline-1 --set 'solver.time_limit=1 h'
     """
-    directory = open_run(run, with_model(overrides, model))
-    from knotfem.run import driver
-
-    with computing(directory, quiet, log_format) as progress:
-        driver.resume(directory, progress)
+    done = kf.resume(run, with_model(overrides, model), progress=progress_of(quiet, log_format))
+    show_run(done, quiet, log_format)

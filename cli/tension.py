@@ -8,12 +8,12 @@ from pathlib import Path
 
 import click
 
+import knotfem as kf
 from knotfem_cli.common import (
     Verb,
     at_option,
     displacement,
     model_option,
-    open_run,
     output_option,
     run_argument,
     shared_options,
@@ -45,27 +45,24 @@ def tension(
       knotfem tension runs/bowline-1 -o tension.csv
       knotfem tension runs/bowline-1 --at "60 mm"
     """
-    directory, millimetres = open_run(run, with_model(overrides, model)), displacement(at)
-    import numpy as np
-
-    from knotfem.results.profile import tension as profile
+    opened, millimetres = kf.open_run(run, with_model(overrides, model)), displacement(at)
+    from knotfem.run.directory import RunDirectory
     from knotfem.run.tables import table_text, write_table
 
-    columns = profile(directory, millimetres)
+    profile = opened.tension(millimetres)
     if output is not None:
-        directory.spare(output)
-        write_table(output, columns)
+        RunDirectory(Path(run)).spare(output)
+        write_table(output, profile.table)
     elif log_format == "json":
-        click.echo(json.dumps({name: column.tolist() for name, column in columns.items()}))
+        click.echo(json.dumps({name: column.tolist() for name, column in profile.table.items()}))
     else:
-        click.echo(table_text(columns), nl=False)
+        click.echo(table_text(profile.table), nl=False)
     if quiet or log_format == "json":
         return
-    found = float(columns["displacement_mm"][0])
+    found = profile.displacement
     if millimetres is not None and not math.isclose(found, millimetres, rel_tol=1e-6, abs_tol=1e-6):
         click.echo(f"the nearest stored state, at {found:g} mm", err=True)
-    rods = columns.get("rod", np.full(columns["tension_N"].shape, "rod"))
-    for rod in dict.fromkeys(rods.tolist()):
-        force = columns["tension_N"][rods == rod]
+    for rod in profile.rods:
+        force = profile.of(rod).tension
         text = f"{rod}: {force[0]:.4f} N at the start, {force[-1]:.4f} N at the end, at most {force.max():.4f} N"
         click.echo(text, err=True)

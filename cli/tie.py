@@ -6,16 +6,17 @@ from pathlib import Path
 
 import click
 
+import knotfem as kf
 from knotfem_cli.common import (
     Verb,
-    computing,
     force_option,
     from_option,
     last_option,
     model_option,
-    new_run,
     output_option,
+    progress_of,
     shared_options,
+    show_run,
     with_model,
 )
 
@@ -57,12 +58,7 @@ def tie(
       knotfem tie bowline --path linear
       knotfem tie bowline --model rod --from knot -o light
     """
-    from knotfem.scene import load_scene
-
     chosen = overrides if tie_path is None else (*overrides, f"tie.path={tie_path}")
-    resolved = load_scene(scene, with_model(chosen, model, from_run, last))
-    run = new_run(resolved, output, force)
-    from knotfem.run import driver
-
-    with computing(run, quiet, log_format) as progress:
-        driver.tie(resolved, run, progress)
+    progress = progress_of(quiet, log_format)
+    run = kf.tie(scene, with_model(chosen, model, from_run, last), out=output or True, force=force, progress=progress)
+    show_run(run, quiet, log_format)

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from knotfem.results.compare import compare
     from knotfem.results.data import open_run
     from knotfem.results.run import Run
+    from knotfem.run.check import check
     from knotfem.scene.load import load_scene
     from knotfem.scene.model import Scene
     from knotfem.solver.term import Role, Term, TimeStep
@@ -47,6 +48,7 @@ _PLACES = {
     "compare": "knotfem.results.compare",
     "open_run": "knotfem.results.data",
     "Run": "knotfem.results.run",
+    "check": "knotfem.run.check",
     "Scene": "knotfem.scene.model",
     "load_scene": "knotfem.scene.load",
     "Role": "knotfem.solver.term",
@@ -55,9 +57,9 @@ _PLACES = {
 }
 
 __all__ = [
-    "Foot", "InputError", "Interrupted", "KnotLost", "KnotfemError", "Material", "NotConverged", "Obstacle", "RigidSurface",
-    "Role", "Run", "Scene", "Stopped", "Term", "TimeStep", "__version__", "compare", "load_scene", "open_run", "pull",
-    "resume", "steps", "tie",
+    "Foot", "InputError", "Interrupted", "KnotLost", "KnotfemError", "Material", "NotConverged", "Obstacle",
+    "RigidSurface", "Role", "Run", "Scene", "Stopped", "Term", "TimeStep", "__version__", "check", "compare",
+    "load_scene", "open_run", "pull", "resume", "steps", "tie",
 ]  # fmt: skip
 
 

@@ -26,6 +26,7 @@ from knotfem.run.step_report import report_of
 from knotfem.run.stop import StopRequest
 from knotfem.scene.load import Overrides, load_scene
 from knotfem.scene.model import Scene
+from knotfem.shipped import scene_names
 from knotfem.solver.nonlinear.newton import Interrupt
 
 Out = str | Path | bool | None
@@ -240,9 +241,10 @@ def _scene(source: Scene | Run | str | Path, overrides: Overrides) -> Scene:
 
 
 def _as_run(source: Scene | Run | str | Path) -> Run | None:
-    if isinstance(source, str | Path):
-        return open_run(source) if RunDirectory.is_run(source) else None
-    return source if isinstance(source, Run) else None
+    if not isinstance(source, str | Path):
+        return source if isinstance(source, Run) else None
+    folder = RunDirectory.is_run(source) or (Path(source).is_dir() and str(source) not in scene_names())
+    return open_run(source) if folder else None
 
 
 def _in_memory(out: Out) -> bool:

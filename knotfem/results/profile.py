@@ -55,8 +55,15 @@ class TensionProfile:
         """Sum of nodal forces along the centreline [N], shape [sections of all rods]."""
         return self.table["tension_N"]
 
+    @property
+    def rods(self) -> list[str]:
+        """Names of the rods; a table that does not name them is of one."""
+        return list(dict.fromkeys(self.table["rod"].tolist())) if "rod" in self.table else ["rod"]
+
     def of(self, rod: str) -> TensionProfile:
         """The part of one rod."""
+        if "rod" not in self.table:
+            return self
         rows = self.table["rod"] == rod
         return TensionProfile({k: v[rows] for k, v in self.table.items()}, self.time, self.displacement)
 
@@ -65,7 +72,7 @@ class TensionProfile:
         from knotfem.plot.axes import axes_for
 
         drawn = axes_for(axes)
-        for rod in dict.fromkeys(self.table["rod"].tolist()):
+        for rod in self.rods:
             part = self.of(rod)
             drawn.plot(part.arclength, part.tension, **{"label": rod, **line})  # pyright: ignore[reportArgumentType]
         drawn.set_xlabel("arclength [mm]")

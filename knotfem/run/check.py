@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from knotfem.models.base import Model
 from knotfem.models.build import build_model
 from knotfem.models.described import deforming
+from knotfem.scene.load import Overrides, load_scene
 from knotfem.scene.model import Scene
 from knotfem.scene.steps import Loaded, Pull
 from knotfem.solver.term import Term
@@ -57,12 +59,17 @@ def expected_minutes(scene: Scene, unknowns: int) -> float:
     return iterations * cost.seconds_per_iteration(unknowns) / 60.0
 
 
-def check(scene: Scene) -> dict[str, Any]:
+def check(source: Scene | str | Path, overrides: Overrides = ()) -> dict[str, Any]:
     """Effects that will run and those that will not, size, expected memory and time.
 
+    Args:
+        source: a scene, as for `load_scene`.
+        overrides: likewise.
+
     Raises:
-        InputError: a centreline along which no rod can lie.
+        InputError: a scene that is wrong, or a centreline along which no rod can lie.
     """
+    scene = load_scene(source, overrides)
     model = build_model(scene)
     unknowns = model.dofs
     return {

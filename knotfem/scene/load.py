@@ -37,6 +37,8 @@ def load_scene(source: str | Path | Scene, overrides: Overrides = ()) -> Scene:
     Raises:
         InputError: no such scene, broken TOML, or the first key that is wrong.
     """
+    if isinstance(source, Scene) and not overrides:
+        return source
     tables, path = _tables_of(source)
     _make_absolute(tables, path.parent)
     changes = _changes(overrides)
