@@ -11,7 +11,9 @@ Nothing heavy is imported before it is used.
 
 from __future__ import annotations
 
+import sys
 from importlib import import_module
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from knotfem.version import __version__
@@ -61,6 +63,17 @@ __all__ = [
     "RigidSurface", "Role", "Run", "Scene", "Stopped", "Term", "TimeStep", "__version__", "check", "compare",
     "load_scene", "open_run", "pull", "resume", "steps", "tie",
 ]  # fmt: skip
+
+
+class _Package(ModuleType):
+    """Keeps the verb `tie` what it is when the subpackage of that name is imported."""
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if not (name in _PLACES and isinstance(value, ModuleType)):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package
 
 
 def __getattr__(name: str) -> Any:

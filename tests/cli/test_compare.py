@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 from click.testing import CliRunner, Result
 
-import knotfem.run
+import knotfem.api
+from knotfem.results.run import Run
 from knotfem.run.directory import RunDirectory
 from knotfem.scene import load_scene
 from knotfem_cli.main import knotfem_command
@@ -32,22 +33,19 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     """What the library was asked to compare."""
     made: list[Any] = []
 
-    def compare(
-        runs: list[RunDirectory], *, locking: float | None, at: float | None, step: str | None
-    ) -> SimpleNamespace:
+    def compare(*runs: Run, locking: float | None, at: float | None, step: str | None) -> SimpleNamespace:
         made.append(([str(run.path) for run in runs], locking, at, step))
         figures = [
             SimpleNamespace(name="force there", unit="N", cells=[1.5, 2.0]),
             SimpleNamespace(name="force there, difference", unit="share", cells=[None, 0.25]),
             SimpleNamespace(name="model", unit="", cells=["fem", "rod"]),
         ]
-        labels = [SimpleNamespace(label=run.path.name) for run in runs]
+        labels = [SimpleNamespace(label=run.name) for run in runs]
         return SimpleNamespace(curves=labels, figures=figures, write=lambda out: out.with_suffix(".csv"))
 
     module = ModuleType("knotfem.results.compare")
     vars(module).update(compare=compare)
     monkeypatch.setitem(sys.modules, module.__name__, module)
-    monkeypatch.setattr(knotfem.run, "compare", module, raising=False)
     return made
 
 
@@ -85,13 +83,8 @@ def test_model_of_a_run_is_what_it_is(folder: Path, verb: str) -> None:
 
 def test_set_out_from_another_run(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scenes, known = [], []
-    source = ModuleType("knotfem.models.rod.source")
-    vars(source).update(source_rods=lambda scene: known.append(scene.tie.source_state))
-    monkeypatch.setitem(sys.modules, source.__name__, source)
-    module = ModuleType("knotfem.run.driver")
-    vars(module).update(tie=lambda scene, run, progress: scenes.append(scene), pull=lambda scene, run, progress: None)
-    monkeypatch.setitem(sys.modules, module.__name__, module)
-    monkeypatch.setattr(knotfem.run, "driver", module, raising=False)
+    monkeypatch.setattr(knotfem.api, "source_rods", lambda scene: known.append(scene.tie.source_state))
+    monkeypatch.setattr(knotfem.api, "drive", lambda scene, *arguments, **options: scenes.append(scene))
     assert call("tie", "overhand", "--model", "rod", "--from", "solid", "-o", "new").exit_code == 0
     assert scenes[0].tie.source == str(folder / "solid")
     assert load_scene("new/scene.toml") == scenes[0]

@@ -11,11 +11,16 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-import knotfem.plot
+import knotfem.api
 import knotfem.results
 import knotfem.run
 from knotfem import errors, shipped
+from knotfem.models.base import Additions
+from knotfem.plot.auto import RunFigures
+from knotfem.results.fields import StateFields
 from knotfem.run.directory import TIED, RunDirectory
+from knotfem.run.tables import write_table
+from knotfem.run.vtkhdf import VtkHdfSeries
 from knotfem.scene import Scene, load_scene
 from knotfem_cli.main import knotfem_command
 
@@ -40,23 +45,22 @@ def stand_in(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
 
 
 @pytest.fixture
-def calls(stand_in: Callable[..., None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Calls:
-    """What the driver was called with; works in an empty folder."""
+def calls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Calls:
+    """What was to be computed: goal, scene and run directory; works in an empty folder."""
     monkeypatch.chdir(tmp_path)
     made: Calls = []
 
-    def tie(scene: Scene, run: RunDirectory, progress: object) -> None:
-        made.append(("tie", scene, run))
-        run.checkpoints.save({}, {}, name=TIED)
-        run.write_summary({"steps": 7, "phases": {"mapping": {"wall_s": 1.5}}})
+    def drive(scene: Scene, run: RunDirectory, goal: str, progress: object, **options: object) -> None:
+        assert isinstance(options["figures"], RunFigures)
+        assert isinstance(options["additions"], Additions)
+        assert options["additions"].empty
+        made.append((goal, scene, run))
+        if goal == "tie":
+            run.write_status("done", goal=goal)
+            run.checkpoints.save({"simulation": {}, "summary": {}}, {"goal": goal, "rows": {}}, name=TIED)
+            run.write_summary({"steps": 7, "phases": {"mapping": {"wall_s": 1.5}}})
 
-    def pull(scene: Scene, run: RunDirectory, progress: object) -> None:
-        made.append(("pull", scene, run))
-
-    def resume(run: RunDirectory, progress: object) -> None:
-        made.append(("resume", run.scene, run))
-
-    stand_in(knotfem.run, "driver", tie=tie, pull=pull, resume=resume)
+    monkeypatch.setattr(knotfem.api, "drive", drive)
     return made
 
 
@@ -155,20 +159,20 @@ def test_pull_elsewhere_a_run_that_is_not_tied(calls: Calls) -> None:
 def test_resume(calls: Calls) -> None:
     call("tie", "bowline", "-o", "a")
     assert call("resume", "a", "--set", "solver.time_limit=1 h").exit_code == 0
-    verb, scene, _ = calls[-1]
-    assert (verb, scene.solver.time_limit) == ("resume", 3600.0)
+    goal, scene, run = calls[-1]
+    assert (goal, scene.solver.time_limit, run.path) == ("tie", 3600.0, Path("a"))
 
 
 @pytest.mark.parametrize(
     ("kind", "code"), [("InputError", 3), ("NotConverged", 4), ("KnotLost", 5), ("Stopped", 75), ("Interrupted", 130)]
 )
-def test_errors_end_with_their_code(calls: Calls, stand_in: Callable[..., None], kind: str, code: int) -> None:
+def test_errors_end_with_their_code(calls: Calls, monkeypatch: pytest.MonkeyPatch, kind: str, code: int) -> None:
     error = getattr(errors, kind)("it went wrong")
 
-    def fail(*arguments: object) -> None:
+    def fail(*arguments: object, **options: object) -> None:
         raise error
 
-    stand_in(knotfem.run, "driver", tie=fail)
+    monkeypatch.setattr(knotfem.api, "drive", fail)
     result = call("tie", "bowline")
     assert (
         result.exit_code
@@ -193,26 +197,33 @@ def test_check(stand_in: Callable[..., None]) -> None:
     assert call("check", "bowline", "--set", "contact.friction=-1").exit_code == 3
 
 
-def test_tension(stand_in: Callable[..., None], tmp_path: Path) -> None:
-    asked: list[float | None] = []
+def stored_run(path: Path) -> Path:
+    """A run with two stored states and their fields, of which the last is at 59 mm."""
+    run = RunDirectory.create(load_scene("bowline"), path)
+    arclength, force = np.array([0.0, 1.0, 2.0]), np.array([0.5, 0.25, 0.1])
+    rows = {"displacement_mm": np.repeat([3.0, 59.0], 3), "time_s": np.repeat([1.0, 2.0], 3)}
+    profiles = {"arclength_mm": arclength, "s_over_L": arclength / 2.0, "tension_N": force}
+    write_table(path / "tension.csv", {**rows, **{name: np.tile(values, 2) for name, values in profiles.items()}})
+    points = np.array([[x, y, z] for z in (0.0, 1.0) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))])
+    with VtkHdfSeries.create(path / "results.vtkhdf", points, np.arange(8)[None]) as series:
+        for time in (1.0, 2.0):
+            series.append(time, points + time)
+    return run.path
 
-    def tension(run: RunDirectory, at: float | None) -> dict[str, np.ndarray]:
-        asked.append(at)
-        force, arclength = np.array([0.5, 0.25, 0.1]), np.array([0.0, 1.0, 2.0])
-        return {"displacement_mm": np.full(3, 59.0), "arclength_mm": arclength, "tension_N": force}
 
-    stand_in(knotfem.results, "profile", tension=tension)
-    path = RunDirectory.create(load_scene("bowline"), tmp_path / "run").path
-    table = "displacement_mm,arclength_mm,tension_N\n59.0,0.0,0.5\n59.0,1.0,0.25\n59.0,2.0,0.1\n"
+def test_tension(tmp_path: Path) -> None:
+    path = stored_run(tmp_path / "run")
+    header = "displacement_mm,time_s,arclength_mm,s_over_L,tension_N\n"
+    table = header + "59.0,2.0,0.0,0.0,0.5\n59.0,2.0,1.0,0.5,0.25\n59.0,2.0,2.0,1.0,0.1\n"
     result = call("tension", path)
     assert result.stdout == table
     assert "0.5000 N at the start, 0.1000 N at the end" in result.stderr
     out = tmp_path / "t.csv"
-    result = call("tension", path, "-o", out, "--at", "6 cm")
+    result = call("tension", path, "-o", out, "--at", "5.5 cm")
     assert result.stdout == ""
     assert "the nearest stored state, at 59 mm" in result.stderr
     assert out.read_text() == table
-    assert asked == [None, 60.0]
+    assert call("tension", path, "--at", "3 mm", "--quiet").stdout == table.replace("59.0,2.0", "3.0,1.0")
     assert json.loads(call("tension", path, "--log-format", "json").stdout)["tension_N"] == [0.5, 0.25, 0.1]
     result = call("tension", path, "--at", "60")
     assert result.exit_code == 3
@@ -224,15 +235,24 @@ def test_tension(stand_in: Callable[..., None], tmp_path: Path) -> None:
 
 def test_render(stand_in: Callable[..., None], tmp_path: Path) -> None:
     drawn: Calls = []
-    stand_in(knotfem.plot, "pictures", render=lambda run, out, colour, at: drawn.append((out, colour, at)))
-    path = RunDirectory.create(load_scene("bowline"), tmp_path / "run").path
+
+    def draw(fields: StateFields, scene: Scene, out: Path, colour: str) -> None:
+        drawn.append((out, colour, float(fields.points[0, 0])))
+
+    stand_in(knotfem.results, "pictures", draw=draw)
+    path = stored_run(tmp_path / "run")
     assert call("render", path).stdout == f"{path}/knot-strain.png\n"
-    assert call("render", path, "-o", "a.png", "--colour", "tension", "--at", "60 mm").stdout == "a.png\n"
-    assert drawn == [(path / "knot-strain.png", "strain", None), (Path("a.png"), "tension", 60.0)]
+    assert call("render", path, "-o", "a.png", "--colour", "tension", "--at", "3 mm").stdout == "a.png\n"
+    assert drawn == [(path / "knot-strain.png", "strain", 2.0), (Path("a.png"), "tension", 1.0)]
     assert call("render", path, "--colour", "red").exit_code == 2
+    beyond = call("render", path, "--at", "99 mm")
+    assert (beyond.exit_code, "no state is stored near this displacement" in beyond.stderr) == (3, True)
+    (path / "results.vtkhdf").unlink()
+    bare = call("render", path)
+    assert (bare.exit_code, "expected a run with output.fields = true" in bare.stderr) == (3, True)
 
 
-def test_doctor(stand_in: Callable[..., None], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_doctor(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("knotfem.doctor.describe", lambda: {"threads": {"usable": 2}})
     assert call("doctor").stdout == "threads\n  usable  2\n"
     assert json.loads(call("doctor", "--log-format", "json").stdout) == {"threads": {"usable": 2}}
