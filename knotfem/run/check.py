@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from knotfem.models.base import Model
 from knotfem.models.build import build_model
 from knotfem.models.described import deforming
+from knotfem.run.expected import expected_memory_mb, expected_seconds
+from knotfem.run.source import source_rods
 from knotfem.scene.load import Overrides, load_scene
 from knotfem.scene.model import Scene
-from knotfem.scene.steps import Loaded, Pull
+from knotfem.scene.steps import Loaded
 from knotfem.solver.term import Term
 from knotfem.sparse.linear import available
 
-MEMORY_MB = (330.0, 0.021)
-"""Memory of a run: in all, and for each unknown; measured on the bowline at 15,000 and 96,000 unknowns."""
 UNUSED = {
     "fem": ("contact.line_stiffness_over_hertz", "tie.source", "tie.source_state"),
     "rod": (
@@ -27,38 +26,6 @@ UNUSED = {
 """Keys that tell one model how to compute, and mean nothing to the other."""
 
 
-@dataclass(frozen=True)
-class Cost:
-    """What runs of a model were measured to take.
-
-    Attributes:
-        factor, power: wall seconds of a Newton iteration, factor times unknowns to the power: measured on the bowline at
-            15,000 and 96,000 unknowns on two cores, of discrete rods on one.
-        per_mm: Newton iterations for each mm of a pull.
-        relaxing: Newton iterations before it.
-    """
-
-    factor: float
-    power: float
-    per_mm: float
-    relaxing: float
-
-    def seconds_per_iteration(self, unknowns: int) -> float:
-        """Expected wall time of a Newton iteration [s]."""
-        return self.factor * unknowns**self.power
-
-
-COSTS = {"fem": Cost(4.4e-8, 1.5, 11.0, 150.0), "rod": Cost(6.5e-6, 1.0, 6.0, 90.0)}
-
-
-def expected_minutes(scene: Scene, unknowns: int) -> float:
-    """Expected wall time of a run [min]."""
-    cost = COSTS[scene.model]
-    pulled = sum(step.displacement for step in scene.loading_steps if isinstance(step, Pull))
-    iterations = cost.relaxing * bool(scene.tying_steps) + cost.per_mm * pulled
-    return iterations * cost.seconds_per_iteration(unknowns) / 60.0
-
-
 def check(source: Scene | str | Path, overrides: Overrides = ()) -> dict[str, Any]:
     """Effects that will run and those that will not, size, expected memory and time.
 
@@ -67,10 +34,10 @@ def check(source: Scene | str | Path, overrides: Overrides = ()) -> dict[str, An
         overrides: likewise.
 
     Raises:
-        InputError: a scene that is wrong, or a centreline along which no rod can lie.
+        InputError: a scene or a source that is wrong, or a centreline along which no rod can lie.
     """
     scene = load_scene(source, overrides)
-    model = build_model(scene)
+    model = build_model(scene, source=source_rods(scene) if scene.tie.source is not None else None)
     unknowns = model.dofs
     return {
         "effects": model.describe(),
@@ -82,8 +49,8 @@ def check(source: Scene | str | Path, overrides: Overrides = ()) -> dict[str, An
         "mapping": f"{_mapped(model)} alone; tying has no contact",
         "system": _symmetry(model.terms, scene),
         "linear_solver": available()[0] if scene.solver.linear == "auto" else scene.solver.linear,
-        "expected_memory_mb": round(MEMORY_MB[0] + MEMORY_MB[1] * unknowns),
-        "expected_minutes": float(f"{expected_minutes(scene, unknowns):.2g}"),
+        "expected_memory_mb": round(expected_memory_mb(scene, unknowns)),
+        "expected_minutes": float(f"{expected_seconds(scene, unknowns) / 60.0:.2g}"),
         "warnings": model.warnings,
     }
 

@@ -1,6 +1,10 @@
+"""What a scene is expected to take."""
+
 import pytest
 
-from knotfem.run.check import check, seconds_an_iteration
+from knotfem.models.build import build_model
+from knotfem.run.check import check
+from knotfem.run.expected import COSTS, count_unknowns
 from knotfem.scene import load_scene
 
 
@@ -16,4 +20,14 @@ def test_expected_minutes_of_the_bowline_are_right_within_a_factor_of_two() -> N
 
 @pytest.mark.parametrize(("unknowns", "measured"), [(15_351, 0.085), (95_559, 1.3)])
 def test_an_iteration_takes_what_was_measured_on_either_mesh(unknowns: int, measured: float) -> None:
-    assert seconds_an_iteration("fem", unknowns) == pytest.approx(measured, rel=0.05)
+    assert COSTS["fem"].seconds_per_iteration(unknowns) == pytest.approx(measured, rel=0.05)
+
+
+@pytest.mark.parametrize("overrides", [["model=rod"], [], ["rods.0.mesh.element=hex27"]])
+def test_unknowns_are_counted_without_building_the_model(overrides: list[str]) -> None:
+    scene = load_scene("overhand", [*overrides, "rods.0.mesh.element_length=10 mm"])
+    assert count_unknowns(scene) == build_model(scene).dofs
+
+
+def test_a_step_that_pulls_nothing_takes_its_time_too() -> None:
+    assert check("cantilever")["expected_minutes"] > 0.0

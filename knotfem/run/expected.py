@@ -1,0 +1,84 @@
+"""Time and memory that a run is expected to take, from its scene alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+from knotfem.mesh.make_section import section_from, section_of
+from knotfem.scene.elements import ORDERS
+from knotfem.scene.model import Scene
+from knotfem.scene.rods import Rod
+from knotfem.scene.steps import Pull
+
+MEMORY_MB = (330.0, 0.021)
+"""Memory of a run: in all, and for each unknown; measured on the bowline at 15,000 and 96,000 unknowns."""
+ITERATIONS_PER_STEP = 4.0
+"""Of Newton's method at the least, where the step limit keeps time steps short."""
+ITERATIONS_PER_OTHER_STEP = 200.0
+"""Of Newton's method, in a step of the scene that pulls nothing."""
+START_SECONDS = 8.0
+"""Until a process has loaded its kernels."""
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What runs of a model were measured to take.
+
+    Attributes:
+        factor, power: wall seconds of a Newton iteration, factor times unknowns to the power; measured on the bowline
+            at 15,000 and 96,000 unknowns on two cores, of discrete rods on one.
+        per_mm: Newton iterations for each mm of a pull.
+        relaxing: Newton iterations before it.
+        width: unknowns of a node.
+    """
+
+    factor: float
+    power: float
+    per_mm: float
+    relaxing: float
+    width: int
+
+    def seconds_per_iteration(self, unknowns: int) -> float:
+        """Expected wall time of a Newton iteration [s]."""
+        return self.factor * unknowns**self.power
+
+
+COSTS = {"fem": Cost(4.4e-8, 1.5, 11.0, 150.0, 3), "rod": Cost(6.5e-6, 1.0, 6.0, 90.0, 4)}
+
+
+def expected_seconds(scene: Scene, unknowns: int | None = None) -> float:
+    """Wall time of a run [s] once its kernels are loaded; right within a factor of three.
+
+    Args:
+        scene: what is run.
+        unknowns: None to count them.
+    """
+    cost = COSTS[scene.model]
+    pulled = sum(step.displacement for step in scene.loading_steps if isinstance(step, Pull))
+    others = sum(not isinstance(step, Pull) for step in scene.loading_steps)
+    short = ITERATIONS_PER_STEP * pulled / (scene.solver.move_over_diameter * scene.diameter)
+    iterations = cost.relaxing * bool(scene.tying_steps)
+    iterations += max(cost.per_mm * pulled, short) + ITERATIONS_PER_OTHER_STEP * others
+    return iterations * cost.seconds_per_iteration(count_unknowns(scene) if unknowns is None else unknowns)
+
+
+def expected_memory_mb(scene: Scene, unknowns: int | None = None) -> float:
+    """Memory of a run [MB]; see `expected_seconds`."""
+    return MEMORY_MB[0] + MEMORY_MB[1] * (count_unknowns(scene) if unknowns is None else unknowns)
+
+
+def count_unknowns(scene: Scene) -> int:
+    """Unknowns of a scene's model, which is not built."""
+    width = COSTS[scene.model].width
+    section = _section_nodes if scene.model == "fem" else lambda rod: 1
+    return sum(width * (rod.slices + 1) * section(rod) for rod in scene.rods)
+
+
+def _section_nodes(rod: Rod) -> int:
+    return _nodes(rod.mesh.section, rod.mesh.section_elements, ORDERS[rod.mesh.element])
+
+
+@cache
+def _nodes(file: str | None, count: int, degree: int) -> int:
+    return len((section_of(count, degree) if file is None else section_from(file, degree)).points)
