@@ -231,7 +231,8 @@ class Rods:
     def driven(self, side: str, direction: Array, path: History, rod: int = 0) -> End:
         """A clamped end that is carried along a unit vector by path(time) [mm]."""
         place = self.x[self.node(side, rod), :3].copy()
-        return replace(self.clamped(side, rod), prescribed=self.placed(side, lambda t: place + path(t) * direction, rod).prescribed)
+        moving = self.placed(side, lambda time: place + path(time) * direction, rod)
+        return replace(moving, clamps=self.clamped(side, rod).clamps)
 
     def turned(self, side: str, axis: Array, angle: History, rod: int = 0, *, held: bool = True) -> End:
         """An end that is turned about an axis through itself by angle(time) [rad]; its place is held or free."""
@@ -272,7 +273,8 @@ class Rods:
         Args:
             ends: what happens to them.
             fixed: unknowns that keep their values, boolean, shape [nodes, 4].
-            friction, drag: see `Conditions`.
+            friction: see `Conditions`.
+            drag: likewise.
         """
         if self._equations is not None:
             self.system.close()

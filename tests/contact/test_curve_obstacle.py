@@ -69,7 +69,7 @@ def test_a_rod_spins_in_place_against_friction():
     terms = [model.discrete.frames, cylinder, friction]
     f = np.zeros_like(x)
     for _ in range(8):
-        x = x + [0.0, 0.0, 0.0, 0.1 * RADIUS]
+        x = x + 0.1 * RADIUS * np.eye(4)[3]
         f = np.zeros_like(x)
         for term in terms:
             term.update(x)

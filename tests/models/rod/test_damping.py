@@ -24,10 +24,8 @@ import knotfem as kf
 from knotfem.errors import InputError
 from knotfem.mesh.rod_layout import RodLayout, make_layout
 from knotfem.models.effects import DAMPING
-from knotfem.models.rod.bend import Bend
 from knotfem.models.rod.damping import BendDamping, Dashpot, StretchDamping, TwistDamping
 from knotfem.models.rod.frames import Frames
-from knotfem.models.rod.twist import Twist
 from knotfem.run.check import check
 from knotfem.solver.constraints import Clamp
 from knotfem.solver.schemes import BackwardEuler, Scheme, hht

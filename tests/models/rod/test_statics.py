@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from reduced import SIDES, BENDING, MASS, TWISTING, Rods, free_mass, line, order, settle, spec, stiffness, still
+from reduced import BENDING, MASS, SIDES, TWISTING, Rods, free_mass, line, order, settle, spec, stiffness, still
 
 from knotfem.solver.schemes import Scheme
 
