@@ -3,13 +3,15 @@ import pytest
 from derivatives import directional_error, gradient_error, moments, residual, rotation, tangent
 from specimens import make_rod, surfaces
 
-from knotfem.contact.penalty import Penalty
-from knotfem.contact.tube_contact import Contact
+from knotfem.contact.law import Penalty
+from knotfem.contact.pairs import PairContact
+from knotfem.solver.state import Motion
+from knotfem.solver.term import TimeStep
 
 
 def test_some_pairs_touch_on_ramp_and_beyond(crossing):
     crossing.contact.update(crossing.x)
-    gap, ramp = crossing.contact.gap, crossing.contact.law.ramp
+    gap, ramp = crossing.contact.pairs.gap, crossing.contact.law.ramp
     assert np.count_nonzero(gap < -0.5 * ramp) > 5
     assert np.count_nonzero((gap > -0.5 * ramp) & (gap < 0.5 * ramp)) > 10
     assert crossing.contact.penetration == pytest.approx(-gap.min())
@@ -18,10 +20,37 @@ def test_some_pairs_touch_on_ramp_and_beyond(crossing):
 def test_penetration_is_not_that_of_a_surface_thought_on_beyond_an_end(crossing):
     contact = crossing.contact
     contact.update(crossing.x)
-    deepest = int(contact.gap.argmin())
-    assert contact.share[deepest] == 1.0
-    contact.share[deepest] = 0.2
-    assert contact.penetration == pytest.approx(-np.delete(contact.gap, deepest).min())
+    pairs = contact.pairs
+    deepest = int(pairs.gap.argmin())
+    assert pairs.weight[deepest] == 0.5
+    last = np.diff(contact.surface.stations.first)[pairs.rod[deepest]] - 1.0
+    for beyond in (-0.2, last + 0.2):
+        pairs.at[deepest, 0] = beyond
+        assert contact.penetration == pytest.approx(-np.delete(pairs.gap, deepest).min())
+
+
+def test_weight_of_a_pair_fades_beyond_the_end_of_a_rod(crossing):
+    """Half on a rod, since each strand is secondary and primary in turn, and nothing from one slice beyond it."""
+    contact = crossing.contact
+    contact.update(crossing.x)
+    last = np.diff(contact.surface.stations.first)[contact.pairs.rod[0]] - 1.0
+    for u, weight in ((0.0, 0.5), (last, 0.5), (-0.3, 0.35), (last + 0.9, 0.05), (-1.0, 0.0), (-2.0, 0.0)):
+        contact.pairs.at[0, 0] = u
+        found = contact.surface.weights(crossing.x, contact.samples, contact.points, contact.pairs)
+        assert found[0] == pytest.approx(weight)
+
+
+def test_weights_follow_the_closest_point_from_step_to_step(crossing):
+    """On tubes they are taken anew for each step, so that a rod may slide off another's end."""
+    contact = crossing.contact
+    contact.update(crossing.x)
+    contact.pairs.weight[:] = 0.1
+    contact.update(crossing.x)
+    assert (contact.pairs.weight == 0.1).all()
+    contact.begin(TimeStep(Motion.at_rest(crossing.x), 0.1))
+    inside = (contact.pairs.at[:, 0] > 0.0) & (contact.pairs.at[:, 0] < 15.0)
+    assert inside.any()
+    assert (contact.pairs.weight[inside] == 0.5).all()
 
 
 def test_tangent_is_the_derivative_of_the_residual(crossing):
@@ -76,9 +105,11 @@ def test_order_of_the_rods_is_irrelevant(crossing, make_crossing):
 def test_reported_forces_add_up(crossing):
     crossing.contact.update(crossing.x)
     f = residual([crossing.contact], crossing.x)
-    assert crossing.contact.force.sum() > np.abs(f[: len(crossing.rods[0].mesh.nodes)].sum(axis=0)).max()
-    slaves = crossing.contact.samples.rod[crossing.contact.pairs[:, 0]]
-    halves = [crossing.contact.force[slaves == rod].sum() for rod in (0, 1)]
+    pairs = crossing.contact.pairs
+    assert pairs.force.sum() > np.abs(f[: len(crossing.rods[0].mesh.nodes)].sum(axis=0)).max()
+    secondary = crossing.contact.samples.rod[pairs.sample]
+    halves = [pairs.force[secondary == rod].sum() for rod in (0, 1)]
+    assert crossing.contact.touching == np.count_nonzero(pairs.force)
     assert halves[0] == pytest.approx(halves[1], rel=0.05)
 
 
@@ -91,9 +122,9 @@ def test_rods_apart_exert_nothing(crossing):
 
 def test_neighbours_on_a_strand_are_not_pairs():
     rod = make_rod(40.0, 20)
-    contact = Contact(*surfaces([rod], 0.75), Penalty(11.4, 0.2, 0.1))
+    contact = PairContact(*surfaces([rod], 0.75), Penalty(11.4, 0.2))
     contact.update(rod.mesh.nodes)
-    assert contact.pairs.shape == (0, 2)
+    assert contact.pairs.sample.size == 0
 
 
 def test_a_strand_meets_itself():
@@ -113,7 +144,7 @@ def test_a_strand_meets_itself():
     )
     half = rod.mesh.nodes[:, 2] > 30.0
     x[half, 0] -= np.clip((rod.mesh.nodes[half, 2] - 40.0) / 20.0, 0.0, 1.0) * (2.0 * radius - 5.95)
-    contact = Contact(*surfaces([rod], 0.75), Penalty(11.4, 0.2, 0.1))
+    contact = PairContact(*surfaces([rod], 0.75), Penalty(11.4, 0.2))
     f = residual([contact], x)
     sections = rod.mesh.nodes[:, 2]
     assert f[sections < 20.0, 0].sum() > 0.1
@@ -146,7 +177,7 @@ def test_predictor_may_not_close_a_pair_by_more_than_half_a_millimetre(crossing)
     assert contact.allowed_fraction(x, -move) == 1.0
 
 
-def test_memory_goes_round_to_the_bit(crossing):
+def test_history_goes_round_to_the_bit(crossing):
     contact, x = crossing.contact, crossing.x
     before = residual([contact], x)
     contact.commit(x)
@@ -159,3 +190,26 @@ def test_memory_goes_round_to_the_bit(crossing):
     assert residual([contact], x).tobytes() == before.tobytes()
     for name, value in contact.history().items():
         assert value.tobytes() == history[name].tobytes(), name
+
+
+def test_without_history_contact_begins_anew(crossing):
+    contact, x = crossing.contact, crossing.x
+    before = residual([contact], x)
+    away = x.copy()
+    away[len(crossing.rods[0].mesh.nodes) :, 2] += 0.3
+    contact.update(away)
+    contact.load({})
+    assert contact.pairs.sample.size == 0
+    assert residual([contact], x).tobytes() == before.tobytes()
+    assert contact.couplings(len(x)) is not None
+
+
+def test_normals_point_from_the_surface_to_the_sample(crossing):
+    contact, x = crossing.contact, crossing.x
+    residual([contact], x)
+    on = np.flatnonzero(contact.pairs.force > 0.0)
+    normals = contact.normals(on)
+    np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0, rtol=1e-12)
+    secondary = contact.samples.rod[contact.pairs.sample[on]]
+    assert (normals[secondary == 1, 0] > 0.5).all()
+    assert (normals[secondary == 0, 0] < -0.5).all()

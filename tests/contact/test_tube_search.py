@@ -1,9 +1,8 @@
 import numpy as np
 from specimens import make_rod, surfaces
 
-from knotfem.contact.penalty import Penalty
-from knotfem.contact.tube import sample_points
-from knotfem.contact.tube_contact import Contact
+from knotfem.contact.law import Penalty
+from knotfem.contact.pairs import PairContact
 
 
 def test_every_close_sample_is_found(crossing):
@@ -11,19 +10,18 @@ def test_every_close_sample_is_found(crossing):
     contact, x = crossing.contact, crossing.x
     contact.update(x)
     samples = contact.samples
-    points = np.empty((samples.u.size, 3))
-    sample_points(x, samples.nodes, samples.weights, points)
-    paired = {(int(s), int(r)) for s, r in contact.pairs}
+    points = samples.places(x)
+    paired = {(int(s), int(r)) for s, r in zip(contact.pairs.sample, contact.pairs.rod, strict=True)}
     expected = set()
-    for slave, master in ((0, 1), (1, 0)):
-        axis = x[crossing.rods[master].axis]
+    for secondary, primary in ((0, 1), (1, 0)):
+        axis = x[crossing.rods[primary].axis]
         t = (axis[-1] - axis[0]) / np.linalg.norm(axis[-1] - axis[0])
-        for s in np.flatnonzero(samples.rod == slave):
+        for s in np.flatnonzero(samples.rod == secondary):
             arm = points[s] - axis[0]
             along = arm @ t
             distance = np.linalg.norm(arm - along * t) - 3.0
             if distance < 0.7 * contact.reach and 0.0 < along < 30.0:
-                expected.add((int(s), master))
+                expected.add((int(s), primary))
     assert len(expected) > 40
     assert expected <= paired
 
@@ -31,7 +29,7 @@ def test_every_close_sample_is_found(crossing):
 def test_pairs_are_sorted_and_unique(crossing):
     crossing.contact.update(crossing.x)
     pairs = crossing.contact.pairs
-    keys = pairs[:, 0] * 2 + pairs[:, 1]
+    keys = pairs.sample * 2 + pairs.rod
     assert (np.diff(keys) > 0).all()
 
 
@@ -42,9 +40,9 @@ def test_a_sample_may_touch_two_strands(make_crossing):
         rods.append(make_rod(12.0, 6, first=first))
         parts.append(rods[-1].mesh.nodes + np.array([offset, 0.0, 0.0]))
         first += len(parts[-1])
-    contact = Contact(*surfaces(rods, 0.75), Penalty(11.4, 0.2, 0.1))
+    contact = PairContact(*surfaces(rods, 0.75), Penalty(11.4, 0.2))
     contact.update(np.vstack(parts))
-    own = contact.samples.rod[contact.pairs[:, 0]]
-    assert (own != contact.pairs[:, 1]).all()
-    assert set(contact.pairs[own == 1, 1]) == {0, 2}
-    assert set(contact.pairs[own == 0, 1]) == {1}
+    own, other = contact.samples.rod[contact.pairs.sample], contact.pairs.rod
+    assert (own != other).all()
+    assert set(other[own == 1]) == {0, 2}
+    assert set(other[own == 0]) == {1}

@@ -1,4 +1,4 @@
-"""Rods that touch: two crossing ones, and one on a cylinder."""
+"""Hexahedral rods that touch: two crossing ones, and one on a cylinder or another rigid surface."""
 
 from __future__ import annotations
 
@@ -8,12 +8,16 @@ import numpy as np
 import pytest
 from specimens import Rod, make_rod, surfaces
 
-from knotfem.contact.penalty import Penalty
-from knotfem.contact.tube_contact import Contact
-from knotfem.contact.tube_cylinder import Cylinder, CylinderFriction
-from knotfem.contact.tube_friction import Friction
+from knotfem.contact.friction import Friction
+from knotfem.contact.law import Penalty
+from knotfem.contact.obstacle import ObstacleContact
+from knotfem.contact.obstacle_friction import AnchoredFriction
+from knotfem.contact.pairs import PairContact
+from knotfem.contact.rigid import Cylinder, RigidSurface
+from knotfem.contact.tube_friction import TubeFriction
 
-LAW = Penalty(stiffness=11.4, ramp=0.2, stick=0.1)
+LAW = Penalty(stiffness=11.4, ramp=0.2)
+STICK = 0.1
 
 
 @dataclass(eq=False)
@@ -22,15 +26,16 @@ class Crossing:
 
     rods: list[Rod]
     x: np.ndarray
-    contact: Contact
+    contact: PairContact
     friction: Friction
 
     def slip(self, distance: float = 0.03) -> None:
         """Move every anchor at random by about a distance in mm; some pairs then slide, most stick."""
         self.contact.update(self.x)
         self.friction.update(self.x)
-        slices = distance / self.contact.tubes.spacing[0]
-        self.friction.anchors += np.random.default_rng(3).uniform(-slices, slices, self.friction.anchors.shape)
+        slices = distance / self.contact.surface.stations.spacing[0]
+        anchor = self.friction.view.anchor
+        anchor += np.random.default_rng(3).uniform(-slices, slices, anchor.shape)
 
 
 def crossed(order: tuple[int, int] = (0, 1), noise: float = 0.02, mu: float = 0.4) -> Crossing:
@@ -51,35 +56,43 @@ def crossed(order: tuple[int, int] = (0, 1), noise: float = 0.02, mu: float = 0.
         rods.append(make_rod(30.0, slices, section=section, first=first))
         parts.append(placed[number])
         first += len(placed[number])
-    contact = Contact(*surfaces(rods, 0.75), LAW)
-    return Crossing(rods, np.vstack(parts), contact, Friction(contact, np.full((2, 2), mu)))
+    contact = PairContact(*surfaces(rods, 0.75), LAW)
+    friction = Friction(contact, TubeFriction(STICK), np.full((2, 2), mu))
+    return Crossing(rods, np.vstack(parts), contact, friction)
 
 
 @dataclass(eq=False)
 class Resting:
-    """A rod pressed a little into a cylinder that crosses it at an angle."""
+    """A rod pressed a little into a rigid surface."""
 
     rod: Rod
     x: np.ndarray
-    cylinder: Cylinder
-    friction: CylinderFriction
+    contact: ObstacleContact
+    friction: Friction
+
+    @property
+    def cylinder(self) -> Cylinder:
+        assert isinstance(self.contact.obstacle, Cylinder)
+        return self.contact.obstacle
 
     def slip(self, distance: float = 0.08) -> None:
-        """Move every anchor at random along the cylinder's surface."""
-        self.cylinder.update(self.x)
+        """Move every anchor at random by about a distance in mm."""
+        self.contact.update(self.x)
         self.friction.update(self.x)
-        self.friction.anchors += np.random.default_rng(3).uniform(-distance, distance, self.friction.anchors.shape)
+        anchor = self.friction.view.anchor
+        anchor += np.random.default_rng(3).uniform(-distance, distance, anchor.shape)
 
 
-def resting(turn: np.ndarray | None = None, shift: float = 0.0) -> Resting:
-    """Optionally turned and moved as a whole."""
+def resting(turn: np.ndarray | None = None, shift: float = 0.0, on: RigidSurface | None = None) -> Resting:
+    """Optionally turned and moved as a whole; on a cylinder that crosses the rod at an angle unless told otherwise."""
     Q = np.eye(3) if turn is None else turn
     rod = make_rod(24.0, 16)
     x = rod.mesh.nodes + 0.02 * np.random.default_rng(0).standard_normal(rod.mesh.nodes.shape)
     axis = np.array([0.0, np.cos(0.4), np.sin(0.4)])
-    samples = surfaces([rod], 0.75)[1]
-    cylinder = Cylinder(samples, LAW, Q @ np.array([12.93, 0.4, 12.0]) + shift, Q @ axis, 10.0)
-    return Resting(rod, x @ Q.T + shift, cylinder, CylinderFriction(cylinder, np.array([0.39])))
+    cylinder = Cylinder(Q @ np.array([12.93, 0.4, 12.0]) + shift, Q @ axis, 10.0)
+    contact = ObstacleContact(*surfaces([rod], 0.75), LAW, cylinder if on is None else on)
+    friction = Friction(contact, AnchoredFriction(STICK), np.array([0.39]), scheduled=False)
+    return Resting(rod, x @ Q.T + shift, contact, friction)
 
 
 @pytest.fixture

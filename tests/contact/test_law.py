@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from knotfem.contact.penalty import mobilisation, mobilisation_energy, penalty
+from knotfem.contact.law import mobilisation, mobilisation_energy, penalty, sliding_work, spring_energy
 
 EPS, RAMP = 11.4, 0.2
 
@@ -49,3 +49,27 @@ def test_mobilisation_is_the_derivative_of_its_energy(y):
     slope = (mobilisation_energy(y + step) - mobilisation_energy(y - step)) / (2 * step)
     assert slope == pytest.approx(mobilisation(y)[0], abs=1e-8)
     assert mobilisation_energy(np.float64(0.0)) == 0.0
+
+
+STIFFNESS, LIMIT = 3.0, 0.6
+
+
+@settings(deadline=None)
+@given(st.floats(1e-3, 1.0))
+def test_traction_of_a_spring_is_cut_at_its_limit(slip):
+    step = 1e-6
+    energies = [spring_energy(slip + s * step, STIFFNESS, LIMIT) for s in (1, -1)]
+    assert (energies[0] - energies[1]) / (2 * step) == pytest.approx(min(STIFFNESS * slip, LIMIT), abs=1e-5)
+    assert spring_energy(0.0, STIFFNESS, LIMIT) == 0.0
+
+
+@settings(deadline=None)
+@given(st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.floats(0.0, 1.0))
+def test_sliding_takes_work_and_stores_the_rest(before, cut, further):
+    """Energy stored before plus work of the mean traction along the path is energy stored after plus what is lost."""
+    after, trial = cut, cut + further
+    lost = sliding_work(STIFFNESS, before, after, trial)
+    assert lost >= 0.0
+    put_in = 0.5 * STIFFNESS * (before + after) * (trial - before)
+    stored = 0.5 * STIFFNESS * (after**2 - before**2)
+    assert put_in == pytest.approx(stored + lost, abs=1e-12)

@@ -2,14 +2,14 @@ import numpy as np
 import pytest
 from specimens import make_rod, surfaces
 
-from knotfem.contact.tube import project, sample_points, spline_radius, stencil, surface_point
+from knotfem.contact.tube import project, spline_radius, stencil, surface_point, tube_room
 
 
 def surface(x, tubes, rod, u, v):
-    W, S, nodes = np.empty((6, 12)), np.empty((6, 3)), np.empty(12, np.int64)
-    stencil(tubes.arrays, rod, u, v, nodes, W)
-    surface_point(x, nodes, W, S)
-    return S, W, nodes
+    room = tube_room()
+    stencil(tubes.view, rod, u, v, room.nodes, room.W)
+    surface_point(x, room.nodes, room.W, room.S)
+    return room.S, room.W, room.nodes
 
 
 @pytest.fixture(params=[12, 20, 44])
@@ -63,36 +63,34 @@ def test_weights_sum_to_one_so_that_the_surface_follows_rigid_motions(tube):
 def test_closest_point_is_perpendicular(tube):
     rod, tubes, _ = tube
     x = rod.mesh.nodes + 0.05 * np.random.default_rng(0).standard_normal(rod.mesh.nodes.shape)
-    W, S, q, nodes = np.empty((6, 12)), np.empty((6, 3)), np.empty(3), np.empty(12, np.int64)
+    room = tube_room()
     for target in ([3.4, 0.5, 7.3], [-1.0, -2.6, 12.1], [0.5, 3.9, 0.4]):
         p = np.array(target)
         guess = np.arctan2(p[1], p[0]) / (2 * np.pi) * rod.mesh.section.sides
-        *_, found = project(x, tubes.arrays, 0, p, p[2] / 2.0, guess, W, nodes, S, q)
+        *_, found = project(x, tubes.view, 0, p, p[2] / 2.0, guess, room)
         assert found
-        np.testing.assert_allclose(q, p - S[0], atol=1e-13)
-        assert abs(q @ S[1]) < 1e-10
-        assert abs(q @ S[2]) < 1e-10
+        np.testing.assert_allclose(room.q, p - room.S[0], atol=1e-13)
+        assert abs(room.q @ room.S[1]) < 1e-10
+        assert abs(room.q @ room.S[2]) < 1e-10
 
 
 def test_no_closest_point_far_beyond_an_end(tube):
     rod, tubes, _ = tube
-    W, S, q, nodes = np.empty((6, 12)), np.empty((6, 3)), np.empty(3), np.empty(12, np.int64)
-    *_, found = project(rod.mesh.nodes, tubes.arrays, 0, np.array([3.2, 0.0, 26.0]), 9.5, 0.0, W, nodes, S, q)
+    *_, found = project(rod.mesh.nodes, tubes.view, 0, np.array([3.2, 0.0, 26.0]), 9.5, 0.0, tube_room())
     assert not found
 
 
 def test_samples_cover_the_surface_no_further_apart_than_asked(tube):
     rod, _, samples = tube
-    points = np.empty((samples.u.size, 3))
-    sample_points(rod.mesh.nodes, samples.nodes, samples.weights, points)
-    assert samples.area.sum() == pytest.approx(2 * np.pi * 3.0 * 20.0, rel=1e-12)
+    points, around = samples.places(rod.mesh.nodes), samples.view.at[:, 1]
+    assert samples.view.measure.sum() == pytest.approx(2 * np.pi * 3.0 * 20.0, rel=1e-12)
     np.testing.assert_allclose(points[:, 2], 2.0 * samples.u, atol=1e-12)
     assert 2.0 * np.diff(np.unique(samples.u)).max() <= 0.75 + 1e-9
-    assert 2 * np.pi * 3.0 / rod.mesh.section.sides * np.diff(np.unique(samples.v)).max() <= 0.75 + 1e-9
-    assert samples.section_start[0] == 0
-    assert samples.section_start[-1] == samples.u.size
+    assert 2 * np.pi * 3.0 / rod.mesh.section.sides * np.diff(np.unique(around)).max() <= 0.75 + 1e-9
+    assert samples.start[0] == 0
+    assert samples.start[-1] == samples.count == samples.u.size
     for section in range(11):
-        inside = samples.u[samples.section_start[section] : samples.section_start[section + 1]]
+        inside = samples.u[samples.start[section] : samples.start[section + 1]]
         assert (np.abs(inside - section) <= 0.5 + 1e-12).all()
 
 
@@ -100,13 +98,13 @@ def test_a_closest_point_that_is_claimed_is_one(tube):
     """Also on a rod thrown about so that its surface folds, where Newton's method may go round and round."""
     rod, tubes, _ = tube
     rng = np.random.default_rng(3)
-    W, S, nodes, q = np.empty((6, 12)), np.empty((6, 3)), np.empty(12, np.int64), np.empty(3)
+    room = tube_room()
     claimed = lost = 0
     for _ in range(40):
         x = rod.mesh.nodes + 0.8 * rng.standard_normal(rod.mesh.nodes.shape)
         for _ in range(40):
             p = np.array([*(4.0 * rng.standard_normal(2)), rng.uniform(2.0, 18.0)])
-            u, v, found = project(x, tubes.arrays, 0, p, p[2] / 2.0, rng.uniform(0.0, 8.0), W, nodes, S, q)
+            u, v, found = project(x, tubes.view, 0, p, p[2] / 2.0, rng.uniform(0.0, 8.0), room)
             lost += not found
             if found:
                 S = surface(x, tubes, 0, u, v)[0]
