@@ -28,10 +28,10 @@ from knotfem.contact import surface as protocol
 from knotfem.contact.basis import middle_station
 from knotfem.contact.curve import CurveRoom, CurveView, curve_room, project
 from knotfem.contact.samples import Samples, SampleView
-from knotfem.contact.surface import PairView, SearchLimits, Stations
+from knotfem.contact.surface import PairView, Query, SearchLimits, Stations, Target
 from knotfem.geometry.rotation import dot
 from knotfem.mesh.rod_layout import RodLayout
-from knotfem.sparse.scatter import MatrixView, add_blocks
+from knotfem.sparse.scatter import add_blocks
 
 LIMITS = SearchLimits(gap=0.6, stale=0.15)
 PAD = 1
@@ -93,12 +93,11 @@ def curve_closest(
 
 @kernel
 def curve_seek(
-    x: np.ndarray, curves: CurveView, station: int, rod: int, point: np.ndarray, offset: float, at: np.ndarray,
-    room: CurvePairRoom,
-) -> float:  # fmt: skip
+    x: np.ndarray, curves: CurveView, query: Query, point: np.ndarray, at: np.ndarray, room: CurvePairRoom
+) -> float:
     """See `knotfem.contact.surface.seek`."""
-    at[0] = float(station)
-    return curve_closest(x, curves, rod, point, offset, at, room)
+    at[0] = float(query.station)
+    return curve_closest(x, curves, query.rod, point, query.offset, at, room)
 
 
 @kernel(inline="always")
@@ -164,11 +163,12 @@ def normal_rate(room: CurvePairRoom, c: int, size: float, h: float) -> None:
 
 @kernel
 def curve_add_pair(
-    x: np.ndarray, curves: CurveView, samples: SampleView, points: np.ndarray, pairs: PairView, k: int, slope: float,
-    residual: np.ndarray, matrix: MatrixView, room: CurvePairRoom,
+    x: np.ndarray, curves: CurveView, samples: SampleView, points: np.ndarray, pairs: PairView, k: int, target: Target,
+    room: CurvePairRoom,
 ) -> bool:  # fmt: skip
     """See `knotfem.contact.surface.add_pair`."""
-    s, force = pairs.sample[k], pairs.force[k]
+    s, force, slope = pairs.sample[k], pairs.force[k], pairs.slope[k]
+    residual, matrix = target
     size, h, _ = curve_pair_geometry(x, curves, samples, points[s], s, pairs.rod[k], pairs.at[k, 0], room)
     n, B, Bd, C, dn, block = room.n, room.B, room.Bd, room.point.C, room.dn, room.block
     for a in range(6):
@@ -275,18 +275,16 @@ def _closest(x, surface, rod, point, offset, at, room) -> Callable | None:
 
 
 @overload(protocol.seek)
-def _seek(x, surface, stations, station, rod, point, offset, reach, at, room) -> Callable | None:
+def _seek(x, surface, stations, query, point, at, room) -> Callable | None:
     if not _is_curve(surface):
         return None
-    return lambda x, surface, stations, station, rod, point, offset, reach, at, room: curve_seek(
-        x, surface, station, rod, point, offset, at, room
-    )
+    return lambda x, surface, stations, query, point, at, room: curve_seek(x, surface, query, point, at, room)
 
 
 @overload(protocol.add_pair)
-def _add_pair(x, surface, samples, points, pairs, k, slope, residual, matrix, room) -> Callable | None:
+def _add_pair(x, surface, samples, points, pairs, k, target, room) -> Callable | None:
     if not _is_curve(surface):
         return None
-    return lambda x, surface, samples, points, pairs, k, slope, residual, matrix, room: curve_add_pair(
-        x, surface, samples, points, pairs, k, slope, residual, matrix, room
+    return lambda x, surface, samples, points, pairs, k, target, room: curve_add_pair(
+        x, surface, samples, points, pairs, k, target, room
     )

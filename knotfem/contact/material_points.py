@@ -3,8 +3,8 @@
 A material point has the coordinates (u, angle, radial, axial): at the point u of the curve, of unit tangent t, it lies
 at radial nu + axial t, where nu stands at `angle` from the interpolated material frame. Between the middles of two
 edges a and b (u goes from lambda = 0 to 1) that frame is the director of edge a, carried along the great circle to t
-and turned by its rotation about the edge and by lambda times the twist m of the vertex: continuous along the whole rod, and a function of
-the state alone, so that a rigidly moved rod carries its points with it.
+and turned by its rotation about the edge and by lambda times the twist m of the vertex: continuous along the whole rod,
+and a function of the state alone, so that a rigidly moved rod carries its points with it.
 
 With c the curve's derivative, c = |c| t, and nu spinning by w about t:
 

@@ -14,7 +14,7 @@ from knotfem.compiled import kernel
 from knotfem.contact.law import Penalty, penalty
 from knotfem.contact.samples import Samples, SampleView, sample_points
 from knotfem.contact.search import find_pairs, match_pairs
-from knotfem.contact.surface import PairView, Surface, SurfaceView, add_pair, closest, room_of
+from knotfem.contact.surface import PairView, Surface, SurfaceView, Target, add_pair, closest, room_of
 from knotfem.solver.state import longest_move
 from knotfem.solver.term import Role, Term, TimeStep
 from knotfem.sparse.pattern import Matrix, stencil_keys, view_of
@@ -41,10 +41,10 @@ def _assemble(
     for k in range(pairs.sample.size):
         _, pressure, slope = penalty(pairs.gap[k], pairs.stiffness, pairs.ramp)
         carried = samples.measure[pairs.sample[k]] * pairs.weight[k]
-        pairs.force[k] = carried * pressure
+        pairs.force[k], pairs.slope[k] = carried * pressure, carried * slope
         if pairs.force[k] == 0.0:
             continue
-        if not add_pair(x, surface, samples, points, pairs, k, carried * slope, residual, matrix, room):
+        if not add_pair(x, surface, samples, points, pairs, k, Target(residual, matrix), room):
             return False
     return True
 
@@ -189,7 +189,7 @@ class PairContact(Term):
 
     def _view(self, *arrays: np.ndarray) -> PairView:
         sample, rod, at, gap, weight, force = arrays
-        return PairView(sample, rod, at, gap, weight, force, self.law.stiffness, self.law.ramp)
+        return PairView(sample, rod, at, gap, weight, force, np.zeros(len(force)), self.law.stiffness, self.law.ramp)
 
 
 _HISTORY = ("sample", "rod", "at", "gap", "weight", "force")

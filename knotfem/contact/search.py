@@ -12,7 +12,7 @@ import numpy as np
 
 from knotfem.compiled import kernel
 from knotfem.contact.samples import SampleView
-from knotfem.contact.surface import Stations, Surface, SurfaceView, room_of, seek
+from knotfem.contact.surface import Query, Stations, Surface, SurfaceView, room_of, seek
 
 PAIRS_PER_SAMPLE = 4
 """Room for closest points to begin with; strands in a bundle have more."""
@@ -113,7 +113,8 @@ def _find_pairs(
     for c in range(candidates.shape[0]):
         station, rod, near = candidates[c]
         for s in range(sample_start[station], sample_start[station + 1]):
-            gap = seek(x, surface, stations, near, rod, points[s], samples.offset[s], cutoff, found, room)
+            query = Query(rod, near, samples.offset[s], cutoff)
+            gap = seek(x, surface, stations, query, points[s], found, room)
             if not gap <= cutoff:
                 continue
             arc = abs(found[0] - samples.at[s, 0]) * stations.spacing[rod]
@@ -144,8 +145,10 @@ def match_pairs(
     Both are ordered by sample; each old pair goes to at most one new one, the nearest first come.
 
     Args:
-        old, new: sample and rod of each pair, shape [pairs, 2].
-        old_u, new_u: coordinate of the closest point in segments, shape [pairs].
+        old: sample and rod of each pair, shape [pairs, 2].
+        old_u: coordinate of the closest point in segments, shape [pairs].
+        new: sample and rod of each new pair, shape [new pairs, 2].
+        new_u: likewise, shape [new pairs].
         reach: in segments of each rod, shape [rods].
         match: shape [new pairs].
     """

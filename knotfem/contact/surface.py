@@ -30,6 +30,7 @@ class PairView(NamedTuple):
         gap: [mm], infinite where there is no closest point, shape [pairs].
         weight: fraction of the sample's measure that the pair carries, shape [pairs].
         force: normal force [N], shape [pairs].
+        slope: its derivative by the overlap [N/mm], shape [pairs].
         stiffness, ramp: of the normal law.
     """
 
@@ -39,8 +40,37 @@ class PairView(NamedTuple):
     gap: np.ndarray
     weight: np.ndarray
     force: np.ndarray
+    slope: np.ndarray
     stiffness: float
     ramp: float
+
+
+class Query(NamedTuple):
+    """Where a closest point is looked for.
+
+    Attributes:
+        rod: on which it is to lie.
+        station: of the rod, near which it is to lie.
+        offset: distance of the point's own surface from it [mm].
+        reach: gaps up to it count [mm].
+    """
+
+    rod: int
+    station: int
+    offset: float
+    reach: float
+
+
+class Target(NamedTuple):
+    """What pairs add to.
+
+    Attributes:
+        residual: shape [nodes, width].
+        matrix: tangent, where wanted.
+    """
+
+    residual: np.ndarray
+    matrix: MatrixView
 
 
 class Stations(NamedTuple):
@@ -135,16 +165,15 @@ def closest(
 
 
 def seek(
-    x: np.ndarray, surface: SurfaceView, stations: Stations, station: int, rod: int, point: np.ndarray, offset: float,
-    reach: float, at: np.ndarray, room: Any,
-) -> float:  # fmt: skip
+    x: np.ndarray, surface: SurfaceView, stations: Stations, query: Query, point: np.ndarray, at: np.ndarray, room: Any
+) -> float:
     """The like without parameters to begin with, near a station of the rod; infinite where nothing is within reach."""
     raise TypeError(f"no surface: {type(surface).__name__}")
 
 
 def add_pair(
-    x: np.ndarray, surface: SurfaceView, samples: SampleView, points: np.ndarray, pairs: PairView, k: int, slope: float,
-    residual: np.ndarray, matrix: MatrixView, room: Any,
+    x: np.ndarray, surface: SurfaceView, samples: SampleView, points: np.ndarray, pairs: PairView, k: int,
+    target: Target, room: Any,
 ) -> bool:  # fmt: skip
     """Add the force of one pair to the residual and its tangent to the matrix. False where it lies outside.
 
@@ -153,11 +182,9 @@ def add_pair(
         surface: of all rods.
         samples: of all rods.
         points: places of the samples, shape [samples, 3].
-        pairs: all pairs; `force` holds the normal force.
+        pairs: all pairs, with their normal forces and slopes.
         k: which pair.
-        slope: of the normal force with the overlap [N/mm].
-        residual: shape [nodes, width].
-        matrix: to add to, where wanted.
+        target: residual and matrix.
         room: see `room_of`.
     """
     raise TypeError(f"no surface: {type(surface).__name__}")

@@ -130,7 +130,7 @@ def tube_normal(S: np.ndarray, n: np.ndarray) -> None:
 def project(
     x: np.ndarray, tubes: TubeView, rod: int, p: np.ndarray, u: float, v: float, room: TubeRoom
 ) -> tuple[float, float, bool]:
-    """Closest point of a tube to p by Newton from (u, v); on return the stencil, S and q = p - S of `room` belong to it.
+    """Closest point of a tube to p by Newton from (u, v), with its stencil, S and q = p - S in `room`.
 
     Returns:
         u, v, and whether it converged inside the rod or at most one slice beyond its ends; where the surface folds so

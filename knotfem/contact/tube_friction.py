@@ -1,7 +1,7 @@
 """Friction between tubes, mobilised over a stick distance, from anchors on the primary surface.
 
-The anchor of a pair is a material point of the primary surface. With q = p - S(anchor), the slip is e = (I - n n^T) q and
-the traction T = mu N psi(|e|/s) e/|e|, where n and N belong to the closest point. Its tangent is complete:
+The anchor of a pair is a material point of the primary surface. With q = p - S(anchor), the slip is e = (I - n n^T) q
+and the traction T = mu N psi(|e|/s) e/|e|, where n and N belong to the closest point. Its tangent is complete:
 
     d e = (I - n n^T) dq - dn (n . q) - n (q . dn)
     d n = S^a (B_a^T n - kappa_ab dxi^b)           d xi = H^-1 (B^T S - g B_d^T n)

@@ -20,7 +20,7 @@ from knotfem.compiled import kernel
 from knotfem.contact import surface as protocol
 from knotfem.contact.basis import middle_station
 from knotfem.contact.samples import Samples, SampleView
-from knotfem.contact.surface import PairView, SearchLimits, Stations
+from knotfem.contact.surface import PairView, Query, SearchLimits, Stations, Target
 from knotfem.contact.tube import TubeRoom, Tubes, TubeView, project, stencil, surface_point, tube_normal, tube_room
 from knotfem.geometry.rotation import dot
 from knotfem.sparse.scatter import MatrixView, add_block
@@ -111,10 +111,11 @@ def _distance_from_axis(x: np.ndarray, tubes: TubeView, rod: int, j: int, p: np.
 
 @kernel
 def tube_seek(
-    x: np.ndarray, tubes: TubeView, stations: Stations, station: int, rod: int, point: np.ndarray, reach: float,
-    at: np.ndarray, room: TubePairRoom,
+    x: np.ndarray, tubes: TubeView, stations: Stations, query: Query, point: np.ndarray, at: np.ndarray,
+    room: TubePairRoom,
 ) -> float:  # fmt: skip
     """See `knotfem.contact.surface.seek`."""
+    rod, station, _, reach = query
     first: int = tubes.axis_start[rod]
     node: int = tubes.axis[first + station]
     radius, spacing = stations.radius[rod], stations.spacing[rod]
@@ -216,10 +217,11 @@ def _add_tangent(matrix: MatrixView, room: TubePairRoom) -> bool:
 
 @kernel(error_model="numpy")
 def tube_add_pair(
-    x: np.ndarray, tubes: TubeView, samples: SampleView, points: np.ndarray, pairs: PairView, k: int, slope: float,
-    residual: np.ndarray, matrix: MatrixView, room: TubePairRoom,
+    x: np.ndarray, tubes: TubeView, samples: SampleView, points: np.ndarray, pairs: PairView, k: int, target: Target,
+    room: TubePairRoom,
 ) -> bool:  # fmt: skip
     """See `knotfem.contact.surface.add_pair`."""
+    residual, matrix = target
     s, force, n = pairs.sample[k], pairs.force[k], room.point.n
     g = tube_pair_geometry(x, tubes, samples, points[s], s, pairs.rod[k], pairs.at[k], room)
     for a in range(24):
@@ -227,7 +229,7 @@ def tube_add_pair(
             residual[room.nodes[a], i] -= force * room.B[a] * n[i]
     if not matrix.wanted:
         return True
-    _tangent_parts(g, slope, force, room)
+    _tangent_parts(g, pairs.slope[k], force, room)
     return _add_tangent(matrix, room)
 
 
@@ -329,18 +331,16 @@ def _closest(x, surface, rod, point, offset, at, room) -> Callable | None:
 
 
 @overload(protocol.seek)
-def _seek(x, surface, stations, station, rod, point, offset, reach, at, room) -> Callable | None:
+def _seek(x, surface, stations, query, point, at, room) -> Callable | None:
     if not _is_tube(surface):
         return None
-    return lambda x, surface, stations, station, rod, point, offset, reach, at, room: tube_seek(
-        x, surface, stations, station, rod, point, reach, at, room
-    )
+    return lambda x, surface, stations, query, point, at, room: tube_seek(x, surface, stations, query, point, at, room)
 
 
 @overload(protocol.add_pair)
-def _add_pair(x, surface, samples, points, pairs, k, slope, residual, matrix, room) -> Callable | None:
+def _add_pair(x, surface, samples, points, pairs, k, target, room) -> Callable | None:
     if not _is_tube(surface):
         return None
-    return lambda x, surface, samples, points, pairs, k, slope, residual, matrix, room: tube_add_pair(
-        x, surface, samples, points, pairs, k, slope, residual, matrix, room
+    return lambda x, surface, samples, points, pairs, k, target, room: tube_add_pair(
+        x, surface, samples, points, pairs, k, target, room
     )

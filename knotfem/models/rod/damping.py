@@ -2,7 +2,8 @@
 
 The rate is the backward difference of a step, so that a step meets a spring of stiffness K tau/dt that is free of
 stress where the step set out: the tangent is symmetric and what is dissipated, K tau (e - e_n)^2/dt, never negative.
-Stretch and twist are those of `AxialStiffness` and `Twist`; how a bend changes is measured in the section, see `BendDamping`.
+Stretch and twist are those of `AxialStiffness` and `Twist`; how a bend changes is measured in the section, see
+`BendDamping`.
 """
 
 from __future__ import annotations

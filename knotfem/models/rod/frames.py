@@ -29,7 +29,7 @@ class VertexView(NamedTuple):
     """Vertices at which rods bend and twist, and the frames of their edges in the accepted state.
 
     Attributes:
-        edges: left and right edge of each vertex, first those at the inner nodes, then the clamps', shape [vertices, 2].
+        edges: left and right edge of each vertex, first at the inner nodes, then the clamps', shape [vertices, 2].
         stencil: the two nodes of the left and of the right edge, -1 for a clamp, shape [vertices, 4].
         tangent: direction of each edge and clamp, shape [nodes + clamps, 3].
         director: of each, before its rotation about the edge, shape [nodes + clamps, 3].

@@ -18,8 +18,8 @@ def tension_rows(
     """Rows of tension.csv: a row for each node.
 
     The tension is that of the nodal forces that one part of the rod exerts on the other, the mean of both sides of a
-    node; the axial force of the segments is divided between core and bulk by their stiffness. What the rods bend by has no part in
-    the axial force, so that the two are two ways to one figure.
+    node; the axial force of the segments is divided between core and bulk by their stiffness. What the rods bend by has
+    no part in the axial force, so that the two are two ways to one figure.
 
     Args:
         rods: in the state last loaded.

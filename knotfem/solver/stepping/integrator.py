@@ -88,7 +88,8 @@ def integrate(
         newton: solver of a step.
         sections: over which resultants are summed.
         output_times: ascending [s]; they are met exactly.
-        interrupt: called before each Newton iteration; what it raises ends the integration as if the step had not begun.
+        interrupt: called before each Newton iteration; what it raises ends the integration as if the step had never
+                begun.
 
     Raises:
         NotConverged: the smallest step failed.
