@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from knotfem.errors import InputError
 from knotfem.models.base import Obstacle
 from knotfem.models.conditions import gravity_of
 from knotfem.models.effects import (
@@ -27,6 +28,9 @@ def make_terms(body: Body, obstacles: tuple[Obstacle, ...] = ()) -> list[Term]:
     Args:
         body: rods.
         obstacles: of the user's own.
+
+    Raises:
+        InputError: obstacles without contact.
     """
     scene = body.scene
     terms = body.elastic
@@ -45,6 +49,8 @@ def make_terms(body: Body, obstacles: tuple[Obstacle, ...] = ()) -> list[Term]:
         terms.append(Gravity(body.mass, gravity_of(scene)))
     if CONTACT.wanted(scene):
         terms += _contact_terms(body, obstacles)
+    elif obstacles:
+        raise InputError("obstacles need contact", key="rods")
     if VISCOUS_DRAG.wanted(scene):
         terms.append(_viscous_drag(body))
     return terms
