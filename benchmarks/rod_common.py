@@ -1,101 +1,92 @@
-"""What the benchmarks of the reduced model share: rods of the paper's rubber, knots, rest, tables."""
+"""What the benchmarks of discrete rods share: the bowline as a scene, phases of rods given as numbers, tables."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
-from knotfem.contact.curve_contact import hertz_line_stiffness
-from knotfem.geometry.curve import interpolate
-from knotfem.geometry.readers import read_centreline
-from knotfem.geometry.resample import equal_chords
-from knotfem.models.rod.ends import clamped
-from knotfem.models.rod.model import RodModel
-from knotfem.models.rod.spec import ContactSpec, CylinderSpec, RodSpec
-from knotfem.shipped import centreline_path
-from knotfem.solver.stepping.integrator import StepControl
+from knotfem.models.rod.assembly import DiscreteRods
+from knotfem.models.rod.spec import RodSpec
+from knotfem.solver.constraints import Clamp, Prescribed
+from knotfem.solver.nonlinear.newton import Newton
+from knotfem.solver.nonlinear.tolerance import Sections
+from knotfem.solver.schemes import Scheme
+from knotfem.solver.state import State
+from knotfem.solver.stepping.controller import StepController
+from knotfem.solver.stepping.integrator import AcceptedStep, Continuation, integrate
+from knotfem.solver.term import Conditions, Term
 
 YOUNGS, DENSITY = 1.425, 1.16e-9
+"""Of the paper's rubber [MPa], [tonne/mm^3]."""
 CORE = 3826.0
-"""Axial stiffness of the wire [N]."""
-UP = np.array([0.0, 0.0, 1.0])
-GRAVITY = -9810.0 * UP
+"""Axial stiffness of its wire [N]."""
 
 
-def rubber(points: np.ndarray, radius: float = 3.0, core: float = CORE) -> RodSpec:
-    """A rod of the paper's rubber through these nodes [mm], its wire of axial stiffness `core` [N]."""
+def bowline(segments: int = 300, **changed: Any) -> dict[str, Any]:
+    """Overrides that make discrete rods of a shipped scene with 600 mm of rod; `changed` by key, `_` for a dot."""
+    keys = {key.replace("__", "."): value for key, value in changed.items()}
+    mesh = {"model": "rod", "rods.0.mesh.element_length": f"{600.0 / segments} mm"}
+    return {**mesh, "solver.threads": 1, "output.fields": False, **keys}
+
+
+def rubber(points: np.ndarray, radius: float = 3.0, axial: float | None = None, **changed: Any) -> RodSpec:
+    """A rod of the paper's rubber through these nodes [mm], with its wire unless `axial` is given [N]."""
     bending = YOUNGS * np.pi * radius**4 / 4.0
-    axial = core + YOUNGS * np.pi * radius**2
-    return RodSpec(points, radius, bending, bending / 1.5, axial, DENSITY * np.pi * radius**2)
+    stiffness = CORE + YOUNGS * np.pi * radius**2 if axial is None else axial
+    return RodSpec(points, radius, bending, bending / 1.5, stiffness, DENSITY * np.pi * radius**2, **changed)
 
 
-def touching(friction: float, radius: float = 3.0, stiffer: float = 1.0, **changed) -> ContactSpec:
-    """Contact by Hertz's stiffness, or so many times that."""
-    stiffness = stiffer * hertz_line_stiffness(YOUNGS, 0.5)
-    return ContactSpec(stiffness, friction, ramp=radius / 30.0, sample_spacing=radius / 4.0, **changed)
+class Phase:
+    """Discrete rods under constraints and loads.
 
+    Args:
+        rods: and their terms.
+        state: that they set out from.
+        prescribed: nodes whose places are given.
+        clamps: ends whose orientation is given.
+        loads: forces.
+        scheme: time integration, quasi-static unless given.
+        drag: rate [1/s], where it is not the rods' own.
 
-def bowline(
-    friction: float,
-    segments: int = 300,
-    cylinder: float = 0.39,
-    drag: float = 10.0,
-    stiffer: float = 1.0,
-    gravity: np.ndarray = GRAVITY,
-    **changed,
-) -> RodModel:
-    """The scene `bowline`: 600 mm of rod round a cylinder of 20 mm."""
-    points = equal_chords(read_centreline(centreline_path("bowline")), segments, 600.0).points
-    peg = CylinderSpec(np.zeros(3), np.array([0.0, 1.0, 0.0]), 10.0, cylinder)
-    contact = touching(friction, stiffer=stiffer, **changed)
-    return RodModel([rubber(points)], contact, [peg], gravity=gravity, drag=drag)
+    Attributes:
+        system: equations.
+        sections: over which resultants are summed.
+        now: how to go on, with the accepted state.
+    """
 
+    def __init__(
+        self,
+        rods: DiscreteRods,
+        state: State,
+        prescribed: Sequence[Prescribed] = (),
+        clamps: Sequence[Clamp] = (),
+        loads: Sequence[Term] = (),
+        scheme: Scheme | None = None,
+        drag: float | None = None,
+    ) -> None:
+        conditions = Conditions(drag=drag, clamps=clamps)
+        self.system = rods.system(scheme or Scheme(), prescribed, loads=loads, conditions=conditions)
+        self.sections = Sections(rods.layout.sections, rods.layout.first[:-1])
+        self.now = Continuation.at(rods.clamped(state, clamps))
 
-def torus_knot(n: int, radius: float, loop: float, segments: int, length: float) -> np.ndarray:
-    """Nodes of an open (2, 2n + 1) torus knot along x: 2n + 1 half turns of two strands, a loop, straight tails."""
-    offset, turns = 1.3 * radius, 2 * n + 1
-    half = 0.8 * turns * np.sqrt(radius * loop)
-    s = np.linspace(-1.0, 1.0, 40 * turns)
-    angle = 0.5 * np.pi * (turns * (1.0 + s) - 1.0)
-    first = np.stack([half * s, offset * np.sin(angle), offset * np.cos(angle)], axis=1)
-    second = first * [1.0, -1.0, -1.0]
-    size = max(loop, 1.5 * half)
-    phi = np.linspace(0.0, 2.0 * np.pi, 60) - 0.5 * np.pi
-    circle = np.stack([size * np.cos(phi), size * (1.0 + np.sin(phi)) + offset, 0.0 * phi], axis=1)
-    circle = circle[np.hypot(circle[:, 0], circle[:, 1] - offset) > 1.2 * half]
-    tail = np.stack([np.linspace(-0.5 * length, -1.3 * half, 30), np.full(30, -offset), np.zeros(30)], axis=1)
-    curve = interpolate(np.concatenate([tail, first, circle, second, tail[::-1] * [-1.0, 1.0, 1.0]]))
-    fine = equal_chords(curve, 8 * segments).points
-    spare = int(0.5 * (len(fine) - 1 - length / np.linalg.norm(fine[1] - fine[0])))
-    return equal_chords(interpolate(fine[spare : len(fine) - spare]), segments, length).points
+    @property
+    def state(self) -> State:
+        """The accepted state."""
+        return self.now.state
 
+    def steps(self, controller: StepController, newton: Newton, end: float) -> Iterator[AcceptedStep]:
+        """Yield accepted steps up to a time [s]."""
+        for accepted in integrate(self.system, self.now, controller, newton, self.sections, np.array([end])):
+            self.now = accepted.after
+            yield accepted
 
-def unrest(model: RodModel) -> float:
-    """Largest running sum of inertia and drag along the rods [N]."""
-    forces = model.ledger.forces
-    moving = sum((f for name, f in forces.items() if name in ("inertia", "drag")), np.zeros_like(model.x))
-    return float(np.linalg.norm(np.cumsum(moving[:, :3], axis=0), axis=1).max())
-
-
-def hold_ends(model: RodModel) -> None:
-    """Begin a phase in which all ends are clamped as they lie."""
-    sides = ("start", "end")
-    model.begin(
-        {(rod, side): clamped(model.end_frame(rod, side)) for rod in range(model.layout.rods) for side in sides}
-    )
-
-
-def rest(model: RodModel, longest: float = 100.0, share: float = 2e-5) -> int:
-    """March the present phase until inertia and drag carry less than `share` B/r^2; returns the steps taken."""
-    rod = model.rods[0]
-    limit = share * rod.bending / rod.radius**2
-    control = StepControl(0.01, 1e-8, longest, rod.radius)
-    for count, _ in enumerate(model.march(control, model.settings(), [model.time + longest]), start=1):
-        e = model.ledger.energies
-        if unrest(model) < limit and e.kinetic < 1e-6 * e.elastic:
-            return count
-    return model.progress.steps
+    def stiffness(self) -> np.ndarray:
+        """Dense tangent of the free unknowns in the accepted state."""
+        self.system.begin(self.state, 1e-9)
+        free = ~self.system.fixed.ravel()
+        return self.system.tangent(self.state.x)[1].to_scipy().toarray()[np.ix_(free, free)]
 
 
 def table(title: str, header: Sequence[str], rows: Sequence[Sequence[float | str]]) -> None:

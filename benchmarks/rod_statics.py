@@ -8,55 +8,68 @@ Run with: python benchmarks/rod_statics.py
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 import numpy as np
-from rod_common import DENSITY, GRAVITY, YOUNGS, table
+from rod_common import DENSITY, YOUNGS, Phase, rubber, table
 
-from knotfem.models.rod.ends import End, clamped, pinned, turned
-from knotfem.models.rod.model import RodModel, Side
+from knotfem.geometry.finite_rotation import rotate
+from knotfem.models.rod.assembly import DiscreteRods
 from knotfem.models.rod.spec import RodSpec
-from knotfem.solver.nonlinear.newton import NewtonSettings
-from knotfem.solver.schemes import Scheme
-from knotfem.solver.stepping.integrator import StepControl
-from knotfem.solver.term import StepStart
+from knotfem.solver.constraints import Clamp, Prescribed, held
+from knotfem.solver.nonlinear.line_search import Armijo
+from knotfem.solver.nonlinear.newton import Newton
+from knotfem.solver.nonlinear.reuse import Chord
+from knotfem.solver.nonlinear.tolerance import ForceTolerance
+from knotfem.solver.state import State
+from knotfem.solver.stepping.controller import StepController
+from knotfem.terms.load import EndForce
+from knotfem.types import History
 
 LENGTH, RADIUS = 100.0, 3.0
 BENDING, MASS = YOUNGS * np.pi * RADIUS**4 / 4.0, DENSITY * np.pi * RADIUS**2
 TWISTING = BENDING / 1.5
-X, Y = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
+X, Y, Z = np.eye(3)
+WHOLE_STEPS = Newton(
+    tolerance=ForceTolerance.of(2e-8), line_search=Armijo(whole_below=1e3), reuse=Chord(np.inf), max_iterations=60,
+    largest_move=1e3,
+)  # fmt: skip
+"""Steps as they come, to balance so tight that an unstable branch is kept."""
 
 
-def straight(segments: int, length: float = LENGTH, axial: float = 4e3, gravity: np.ndarray | None = None) -> RodModel:
+def straight(
+    segments: int, length: float = LENGTH, axial: float = 4e3, gravity: np.ndarray | None = None
+) -> DiscreteRods:
+    """A rod along x, its directors along z."""
     points = np.linspace(0.0, length, segments + 1)[:, None] * X
-    return RodModel([RodSpec(points, RADIUS, BENDING, TWISTING, axial, MASS)], gravity=gravity, scheme=Scheme())
+    spec = rubber(points, RADIUS, axial, directors=np.tile(Z, (segments, 1)))
+    return DiscreteRods([spec], gravity=gravity, inertia=False)
 
 
-def settle(model: RodModel, ends: Mapping[Side, End], steps: int = 4) -> RodModel:
-    """March through one second in equal steps to balance so tight that an unstable branch is kept."""
-    model.begin(ends)
-    control = StepControl(1.0 / steps, 1e-4, 1.0 / steps, 1e3)
-    for _ in model.march(control, NewtonSettings(2e-8, 2e-7, 60, 1e3, 1e3, chord_safety=np.inf), [model.time + 1.0]):
+def clamp(node: int, axis: np.ndarray = X, angle: History = lambda time: 0.0) -> Clamp:
+    """An end that points along x at first and turns about an axis by angle(time) [rad]."""
+    return Clamp(node, lambda time: (rotate(X, axis, angle(time)), rotate(Z, axis, angle(time))))
+
+
+def at_rest(rods: DiscreteRods, *nodes: int) -> list[Prescribed]:
+    """Nodes held where they are at first."""
+    return [held(np.array(nodes), rods.initial.x[list(nodes), :3])]
+
+
+def settle(phase: Phase, steps: int = 4) -> Phase:
+    """Take one second in equal steps."""
+    for _ in phase.steps(StepController(1.0 / steps, 1e-4, 1.0 / steps, 1e3), WHOLE_STEPS, 1.0):
         pass
-    return model
-
-
-def stiffness(model: RodModel) -> tuple[np.ndarray, np.ndarray]:
-    """Dense tangent and mass of the free unknowns."""
-    system = model.system
-    assert system is not None
-    system.begin(StepStart(model.progress.motion, 1e-9))
-    free = ~system.fixed.ravel()
-    return system.tangent(model.x)[1].to_scipy().toarray()[np.ix_(free, free)], model.mass.ravel()[free]
+    return phase
 
 
 def elastica(a: float) -> Callable[[int], np.ndarray]:
     def find(segments: int) -> np.ndarray:
-        model = straight(segments)
-        push = np.array([0.0, 0.0, -a * BENDING / LENGTH**2])
-        settle(model, {(0, "start"): clamped(model.end_frame(0, "start")), (0, "end"): End(force=lambda t: t * push)})
-        last = model.x[-1] - model.x[-2]
-        return np.array([np.arctan2(-last[2], last[0]), 1.0 - model.x[-1, 0] / LENGTH, -model.x[-1, 2] / LENGTH])
+        rods, push = straight(segments), -a * BENDING / LENGTH**2 * Z
+        load = EndForce(np.array([segments]), np.ones(1), lambda time: time * push)
+        x = settle(Phase(rods, rods.initial, at_rest(rods, 0), [clamp(0)], [load])).state.x
+        last = x[-1] - x[-2]
+        return np.array([np.arctan2(-last[2], last[0]), 1.0 - x[-1, 0] / LENGTH, -x[-1, 2] / LENGTH])
 
     return find
 
@@ -64,18 +77,19 @@ def elastica(a: float) -> Callable[[int], np.ndarray]:
 def heavy(gamma: float) -> Callable[[int], np.ndarray]:
     def find(segments: int) -> np.ndarray:
         length = (gamma * BENDING / (MASS * 9810.0)) ** (1 / 3)
-        model = straight(segments, length, 1e5, GRAVITY)
-        settle(model, {(0, "start"): clamped(model.end_frame(0, "start"))})
-        return -model.x[-1, 2:3] / length
+        rods = straight(segments, length, 1e5, -9810.0 * Z)
+        x = settle(Phase(rods, rods.initial, at_rest(rods, 0), [clamp(0)])).state.x
+        return -x[-1, 2:3] / length
 
     return find
 
 
 def frequencies(segments: int) -> np.ndarray:
-    model = straight(segments)
-    model.begin({(0, "start"): clamped(model.end_frame(0, "start"))})
-    K, m = stiffness(model)
-    return np.sqrt(np.linalg.eigvalsh(K / np.sqrt(np.outer(m, m)))[[0, 2, 5]]) * LENGTH**2 / np.sqrt(BENDING / MASS)
+    rods = straight(segments)
+    phase = Phase(rods, rods.initial, at_rest(rods, 0), [clamp(0)])
+    m = rods.mass.ravel()[~phase.system.fixed.ravel()]
+    K = phase.stiffness() / np.sqrt(np.outer(m, m))
+    return np.sqrt(np.linalg.eigvalsh(K)[[0, 2, 5]]) * LENGTH**2 / np.sqrt(BENDING / MASS)
 
 
 def crossing(low: float, high: float, unstable: Callable[[float], bool]) -> float:
@@ -86,14 +100,15 @@ def crossing(low: float, high: float, unstable: Callable[[float], bool]) -> floa
     return 0.5 * (low + high)
 
 
-def euler(hold: Callable, critical: float) -> Callable[[int], np.ndarray]:
+def euler(clamped: bool, critical: float) -> Callable[[int], np.ndarray]:
     def find(segments: int) -> np.ndarray:
         def unstable(load: float) -> bool:
-            model = straight(segments, axial=1e6)
-            model.x[:, 0] *= 1.0 - load * BENDING / LENGTH**2 / 1e6
-            model.begin({(0, side): hold(model.end_frame(0, side)) for side in ("start", "end")})
-            model.stretch.force = model.stretch.tension(model.x)
-            values = np.linalg.eigvalsh(stiffness(model)[0])
+            rods = straight(segments, axial=1e6)
+            x = rods.initial.x * [1.0 - load * BENDING / LENGTH**2 / 1e6, 1.0, 1.0, 1.0]
+            history = {**rods.initial.history, "stretch-1": {"force": rods.stretch.tension(x)}}
+            state = State(x, rods.initial.v, rods.initial.a, 0.0, history)
+            clamps = [clamp(0), clamp(segments)] if clamped else []
+            values = np.linalg.eigvalsh(Phase(rods, state, at_rest(rods, 0, segments), clamps).stiffness())
             return bool(values[np.abs(values) > 1e-8][0] < 0.0)
 
         return np.array([crossing(0.9 * critical, 1.1 * critical, unstable)])
@@ -101,12 +116,17 @@ def euler(hold: Callable, critical: float) -> Callable[[int], np.ndarray]:
     return find
 
 
+def twisted(rods: DiscreteRods, twist: float, steps: int) -> Phase:
+    """Both ends held, the last one turned."""
+    last = rods.layout.nodes - 1
+    clamps = [clamp(0), clamp(last, angle=lambda time: twist * time)]
+    return settle(Phase(rods, rods.initial, at_rest(rods, 0, last), clamps), steps)
+
+
 def greenhill(segments: int) -> np.ndarray:
     def unstable(torque: float) -> bool:
-        model, twist = straight(segments, axial=1e5), torque * BENDING / TWISTING
-        turn = turned(model.end_frame(0, "end"), X, lambda t: twist * t)
-        settle(model, {(0, "start"): clamped(model.end_frame(0, "start")), (0, "end"): turn}, 6)
-        return bool(np.linalg.eigvalsh(stiffness(model)[0])[0] < 0.0)
+        phase = twisted(straight(segments, axial=1e5), torque * BENDING / TWISTING, 6)
+        return bool(np.linalg.eigvalsh(phase.stiffness())[0] < 0.0)
 
     return np.array([crossing(8.0, 10.0, unstable)])
 
@@ -115,25 +135,22 @@ def michell(segments: int) -> np.ndarray:
     """Twist times C/B at which a ring of B = C leaves its plane; the first mode turns the ring as a whole."""
     phi = 2.0 * np.pi * np.arange(segments + 1) / segments
     points = 50.0 * np.stack([np.sin(phi), 1.0 - np.cos(phi), 0.0 * phi], axis=1)
+    ring = RodSpec(points, 1.0, 1.0, 1.0, 40.0, MASS, directors=np.tile(Z, (segments, 1)))
 
     def unstable(twist: float) -> bool:
-        model = RodModel([RodSpec(points, 1.0, 1.0, 1.0, 40.0, MASS)], scheme=Scheme())
-        joint = turned(model.end_frame(0, "end"), X, lambda t: twist * t)
-        settle(model, {(0, "start"): clamped(model.end_frame(0, "start")), (0, "end"): joint}, 8)
-        return bool(np.linalg.eigvalsh(stiffness(model)[0])[1] < -1e-9)
+        phase = twisted(DiscreteRods([ring], inertia=False), twist, 8)
+        return bool(np.linalg.eigvalsh(phase.stiffness())[1] < -1e-9)
 
     return np.array([crossing(10.0, 12.0, unstable)])
 
 
 def closed_forms() -> None:
-    roll = straight(12)
-    turn = turned(roll.end_frame(0, "end"), Y, lambda t: -2.0 * np.pi * t, held=False)
-    settle(roll, {(0, "start"): clamped(roll.end_frame(0, "start")), (0, "end"): turn}, 10)
-    twisted = straight(10)
-    spin = turned(twisted.end_frame(0, "end"), X, lambda t: 9.0 * t)
-    settle(twisted, {(0, "start"): clamped(twisted.end_frame(0, "start")), (0, "end"): spin}, 6)
-    torque = twisted.twist.torque(twisted.x) * LENGTH / (9.0 * TWISTING) - 1.0
-    print(f"roll-up of 12 segments: end gap {np.abs(roll.x[-1, :3]).max() / LENGTH:.1e} L")
+    rods = straight(12)
+    clamps = [clamp(0), clamp(12, Y, lambda time: -2.0 * np.pi * time)]
+    rolled = settle(Phase(rods, rods.initial, at_rest(rods, 0), clamps), 10).state.x
+    rods = straight(10)
+    torque = rods.torque(twisted(rods, 9.0, 6).state.x) * LENGTH / (9.0 * TWISTING) - 1.0
+    print(f"roll-up of 12 segments: end gap {np.abs(rolled[-1, :3]).max() / LENGTH:.1e} L")
     print(f"uniform twist by 9 rad: torque within {np.abs(torque).max():.1e}")
 
 
@@ -146,8 +163,8 @@ def main() -> None:
         ("heavy, Gamma = 5", heavy(5.0), (0.49591,)),
         ("heavy, Gamma = 10", heavy(10.0), (0.70020,)),
         ("frequencies", frequencies, (1.8751**2, 4.6941**2, 7.8548**2)),
-        ("Euler, pinned", euler(pinned, np.pi**2), (np.pi**2,)),
-        ("Euler, clamped", euler(clamped, 4.0 * np.pi**2), (4.0 * np.pi**2,)),
+        ("Euler, pinned", euler(False, np.pi**2), (np.pi**2,)),
+        ("Euler, clamped", euler(True, 4.0 * np.pi**2), (4.0 * np.pi**2,)),
         ("Greenhill, clamped", greenhill, (8.98682,)),
         ("Michell's ring", michell, (2.0 * np.pi * np.sqrt(3.0),)),
     ]
