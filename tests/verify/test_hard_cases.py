@@ -194,8 +194,8 @@ def test_what_was_not_measured_and_what_may_deviate_is_shown(capsys) -> None:
 
 def test_mesh_is_that_of_the_scene() -> None:
     meshes = {case.name: case.mesh for case in hard_cases()}
-    assert meshes["hold"] == "4 hexes a section, h = 5 mm"
-    assert meshes["overlap:smoothed"] == meshes["frictionless:overhand"] == "12 hexes a section, h = 2.5 mm"
+    assert meshes["hold"] == "4 hexahedra per section, h = 5 mm"
+    assert meshes["overlap:smoothed"] == meshes["frictionless:overhand"] == "12 hexahedra per section, h = 2.5 mm"
 
 
 def fails_at_once(scene: Scene, *, out: Path, progress: bool) -> None:

@@ -87,7 +87,7 @@ def _kept(values: np.ndarray) -> float:
 
 
 def kept(scheme: Scheme, roots: int, amplitudes: dict[int, float]) -> list[Quantity]:
-    """Amplitude kept for each number of steps a period."""
+    """Amplitude kept for each number of steps per period."""
     return [
         Quantity(
             "amplitude kept",
@@ -95,7 +95,7 @@ def kept(scheme: Scheme, roots: int, amplitudes: dict[int, float]) -> list[Quant
             expected,
             0.01,
             "absolute",
-            f"{steps} steps a period",
+            f"{steps} steps per period",
         )
         for steps, expected in amplitudes.items()
     ]

@@ -33,7 +33,7 @@ MU = 0.3
 STICK = 0.1
 STEP = 2e-3
 LEVEL = 0.06
-"""Seconds during which the plane stays level, for the block to come to rest on it."""
+"""Time during which the plane is level, so that the block comes to rest on it [s]."""
 
 
 class Tilting(Gravity):
@@ -62,8 +62,8 @@ def block(angle: float, steps: int) -> tuple[Iterator[AcceptedStep], ObstacleCon
     system = System(terms, len(rod.mesh.nodes), make_solver("superlu"), BackwardEuler())
     newton = Newton(ForceTolerance(1e-9, 1e-8), Armijo(whole_below=10.0), largest_move=10.0)
     times, sections = [STEP * steps], cross_sections(rod)
-    taken = accepted_steps(system, at_rest(x), sections, times, first=STEP, largest=STEP, move=100.0, newton=newton)
-    return taken, contact, rod.mass
+    accepted = accepted_steps(system, at_rest(x), sections, times, first=STEP, largest=STEP, move=100.0, newton=newton)
+    return accepted, contact, rod.mass
 
 
 def slides(tangent: float) -> list[Quantity]:
@@ -80,7 +80,7 @@ def slides(tangent: float) -> list[Quantity]:
 
 
 def holds(count: int) -> list[Quantity]:
-    """At 0.9 of the angle of friction it moves by the elastic slip and then stays."""
+    """At 0.9 of the tangent of the angle of friction it moves by the elastic slip and then rests."""
     elastic = STICK * (1.0 - np.sqrt(1.0 - 0.9))
     steps, _, mass = block(np.arctan(0.9 * MU), count)
     weights = mass / mass.sum()

@@ -47,10 +47,10 @@ def frequencies(element: str, slices: int) -> list[Quantity]:
     ]
 
 
-def pinned(share: float) -> tuple[float, float]:
-    """Share of the pinned rod's critical load that acts at the ends of its axis, and the smallest eigenvalue."""
+def pinned(fraction: float) -> tuple[float, float]:
+    """A pinned rod with a load at the ends of its axis: the load over the critical one, and the smallest eigenvalue."""
     rod = make_rod(120.0, 40, radius=1.5)
-    load = share * np.pi**2 * rod.bending / 120.0**2
+    load = fraction * np.pi**2 * rod.bending / 120.0**2
     X, ends, middle = rod.mesh.nodes, rod.axis[[0, -1]], rod.axis[[20]]
     spoke = rod.sections[0][rod.mesh.section.ring[:1]]
     supports = [
@@ -63,13 +63,13 @@ def pinned(share: float) -> tuple[float, float]:
         for end, sign in ((0, 1.0), (-1, -1.0))
     ]
     x, system, _ = static([*rod.terms, *presses], X, supports, cross_sections(rod))
-    return share, float(lowest(rod, system, x, 2)[0])
+    return fraction, float(lowest(rod, system, x, 2)[0])
 
 
-def clamped(share: float) -> tuple[float, float]:
+def clamped(fraction: float) -> tuple[float, float]:
     """The same between two beam clamps, one moved by what the load shortens the rod."""
     rod = make_rod(180.0, 60, radius=1.5)
-    load = share * 4.0 * np.pi**2 * rod.bending / 180.0**2
+    load = fraction * 4.0 * np.pi**2 * rod.bending / 180.0**2
     X, far, tip = rod.mesh.nodes, rod.sections[-1], rod.axis[[-1]]
     strain = -load / (rod.youngs * rod.area)
     strain += 1.0 * strain**2
@@ -80,7 +80,7 @@ def clamped(share: float) -> tuple[float, float]:
     ]
     x, system, _ = static(rod.terms, X, supports, cross_sections(rod))
     pressed = -float(system.residual(x)[far, 2].sum())
-    return pressed / load * share, float(lowest(rod, system, x, 2)[0])
+    return pressed / load * fraction, float(lowest(rod, system, x, 2)[0])
 
 
 def buckling(support: Callable[[float], tuple[float, float]]) -> list[Quantity]:

@@ -102,7 +102,7 @@ def _tied(scene: Scene, section: Section | None = None) -> np.ndarray:
 
 
 def _pulled(scene: Scene, x: np.ndarray, section: Section | None = None) -> Pulled:
-    """All steps of a scene from rest at given positions; pressures and core forces begin anew.
+    """All steps of a scene from rest at given positions; pressures and core forces begin at zero.
 
     Args:
         scene: what to run.

@@ -153,7 +153,8 @@ def _core(scene: Scene, *, small: bool) -> Sequence[Quantity]:
         iterations[name] = found.iterations / max(found.steps, 1)
     usual = iterations.pop("core-6e4")
     quantities += [
-        Quantity(f"iterations a step, {name}", count, 2.0 * usual, kind="at most") for name, count in iterations.items()
+        Quantity(f"iterations per step, {name}", count, 2.0 * usual, kind="at most")
+        for name, count in iterations.items()
     ]
     return quantities
 

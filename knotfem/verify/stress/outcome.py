@@ -128,7 +128,7 @@ def _knots(rods: Mapping[str, Mapping[str, Any]] | None) -> str:
 
 
 def _energy_error(force: Table) -> float | None:
-    """Largest error of the balance over the largest of work, stored energy and what was taken; None without a row."""
+    """Largest error of the balance over the largest of work, stored and dissipated energy; None without a row."""
     if not force or not force["missing_Nmm"].size:
         return None
     scale = max(float(np.abs(force[name]).max()) for name in ("work_Nmm", "elastic_Nmm", "friction_Nmm", "drag_Nmm"))

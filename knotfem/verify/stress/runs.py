@@ -113,5 +113,5 @@ def hard_case(
         small: whether it is a small version.
     """
     mesh = scene.rods[0].mesh
-    described = f"{mesh.section_elements} hexes a section, h = {mesh.element_length:g} mm"
+    described = f"{mesh.section_elements} hexahedra per section, h = {mesh.element_length:g} mm"
     return Case(group, measure, title, "hard cases", described, variant, slow=not small)
