@@ -15,8 +15,9 @@ from knotfem_cli.common import Verb, model_option, output_option, shared_options
 @click.argument("scene")
 @output_option
 @click.option("--budget", metavar="TIME", help='Start nothing that would end later, such as "20min".')
-@click.option("--ladder", "ladders", metavar="NAME", multiple=True, help="Only this choice; repeatable.")
-@click.option("--jobs", type=click.IntRange(min=1), help="Runs at a time; one a processor by default.")
+@click.option("--series", "--ladder", "series", metavar="NAME", multiple=True, help="Only this choice; repeatable.")
+@click.option("--jobs", "processes", type=click.IntRange(min=1),
+              help="Runs at a time; one for each processor by default.")  # fmt: skip
 @click.option("--effects", is_flag=True, help="Switch each effect off in turn instead.")
 @click.option("--store", type=click.Path(path_type=Path), is_flag=False, flag_value=Path(), metavar="[FILE]",
               help="Keep the recommendation for --accuracy: in a file, or for this user.")  # fmt: skip
@@ -26,8 +27,8 @@ def cost(
     scene: str,
     output: Path | None,
     budget: str | None,
-    ladders: tuple[str, ...],
-    jobs: int | None,
+    series: tuple[str, ...],
+    processes: int | None,
     effects: bool,
     store: Path | None,
     model: str | None,
@@ -37,7 +38,7 @@ def cost(
 ) -> None:
     """Measure what accuracy costs in time.
 
-    Runs a scene over a ladder of every choice that trades one for the other: section, slice, step, penalty,
+    Runs a refinement series for every choice that trades one for the other: section, slice, step, penalty,
     tolerance, sampling, stick, uniform (all at once), element, model, and combinations that follow from them (chosen).
     Runs are kept in the folder; the same command goes on where it was stopped. Writes cost.csv, cost.png and
     recommendation.json.
@@ -45,7 +46,7 @@ def cost(
     \b
     Example:
       knotfem cost cantilever --budget 10min
-      knotfem cost bowline --ladder slice --ladder section --set 'steps.1.displacement=30 mm' -o cost-bowline
+      knotfem cost bowline --series slice --series section --set 'steps.1.displacement=30 mm' -o cost-bowline
       knotfem cost bowline --effects -o cost-bowline
     """
     from rich.console import Console
@@ -54,9 +55,9 @@ def cost(
     from knotfem.run.files import json_line
     from knotfem.scene import load_scene
     from knotfem.scene.quantity import DURATION, parse_quantity
-    from knotfem.study import files, records, study, switches, tables
+    from knotfem.study import convergence, files, records, switches, tables
 
-    for option, given in (("--store", store is not None), ("--ladder", bool(ladders))):
+    for option, given in (("--store", store is not None), ("--series", bool(series))):
         if effects and given:
             raise InputError("not with --effects", key=option, expected="either of the two")
     chosen = with_model(overrides, model)
@@ -70,14 +71,16 @@ def cost(
     width = None if sys.stdout.isatty() else 160
     console = Console(width=width, quiet=quiet or log_format == "json")
     if effects:
-        switched = switches.run_effects(scene, chosen, folder, budget=seconds, jobs=jobs, tell=tell)
+        switched = switches.run_effects(scene, chosen, folder, budget=seconds, processes=processes, tell=tell)
         result = {"table": files.write_effects(switched, folder), "effects": switches.effects_rows(switched)}
         console.print(switches.effects_table(switched))
     else:
-        found = study.run_study(scene, chosen, folder, budget=seconds, names=ladders, jobs=jobs, tell=tell)
+        found = convergence.run_convergence(
+            scene, chosen, folder, budget=seconds, names=series, processes=processes, tell=tell
+        )
         result = {
             **files.write_study(found, folder),
-            "rungs": tables.rung_rows(found),
+            "rungs": tables.level_rows(found),
             "references": tables.reference_rows(found),
             "recommendations": tables.recommendations(found),
         }

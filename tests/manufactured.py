@@ -8,16 +8,16 @@ from pathlib import Path
 
 import numpy as np
 
-from knotfem.results.profile import EXTRA_COLUMNS
+from knotfem.run.columns import FORCE_COLUMNS, FORCE_EXTRA, TENSION_COLUMNS, TENSION_EXTRA
 from knotfem.run.directory import RunDirectory
-from knotfem.run.outputs import FORCE_EXTRA
+from knotfem.run.disk import DiskStore
 from knotfem.scene.model import Scene
-from knotfem.study.ladders import base_rung, make_ladders
-from knotfem.study.study import make_campaign
+from knotfem.study.convergence import make_jobs
+from knotfem.study.refinement import base_level, make_series
 
 TRUE_FORCE, TRUE_BENT = 2.0, 60.0
 LAW = {"slice": (0.04, 2.0), "section": (0.02, 2.0), "step": (0.006, 1.0), "penalty": (0.003, 1.0)}
-"""Relative error of the force at the scene's own size, and its order, by ladder."""
+"""Relative error of the force at the scene's own size, and its order, by series."""
 
 
 def error_of(scene: Scene) -> float:
@@ -54,12 +54,13 @@ def write_run(run: RunDirectory, scene: Scene, *, state: str = "done", reason: s
     steps = round(20 * 0.5 / scene.solver.move_over_diameter)
     displacement = np.linspace(0.1, pull.displacement, steps)
     force = TRUE_FORCE * (1.0 + error_of(scene)) * displacement / pull.displacement
-    table = run.force_table(FORCE_EXTRA)
+    store = DiskStore(run)
+    table = store.table("force", (*FORCE_COLUMNS, *FORCE_EXTRA))
     rows = [dict.fromkeys(table.columns, 0.0) for _ in range(steps)]
     for row, x, f in zip(rows, displacement, force, strict=True):
         row |= {"displacement_mm": x, "force_N": f, "step": pull.name, "time_s": x}
     table.extend(rows)
-    profile = run.tension_table(EXTRA_COLUMNS)
+    profile = store.table("tension", (*TENSION_COLUMNS, *TENSION_EXTRA))
     s = np.linspace(0.0, 1.0, 101)
     places = _arc(s * scene.rods[0].length, TRUE_BENT)
     profile.extend(
@@ -77,10 +78,9 @@ def write_run(run: RunDirectory, scene: Scene, *, state: str = "done", reason: s
     run.write_summary(
         {
             "phases": {
-                name: {"wall_s": share * cpu, "cpu_s": share * cpu}
-                for name, share in (("mapping", 0.02), ("pull", 0.98))
+                name: {"wall_s": part * cpu, "cpu_s": part * cpu} for name, part in (("mapping", 0.02), ("pull", 0.98))
             },
-            "costs": {name: {"wall_s": share * cpu, "cpu_s": share * cpu} for name, share in parts.items()},
+            "costs": {name: {"wall_s": part * cpu, "cpu_s": part * cpu} for name, part in parts.items()},
             "effects": {
                 "contact": {"cpu_s": 0.15 * cpu, "share": 0.15},
                 "elasticity": {"cpu_s": 0.3 * cpu, "share": 0.3},
@@ -95,13 +95,13 @@ def write_run(run: RunDirectory, scene: Scene, *, state: str = "done", reason: s
     )
 
 
-def write_ladders(folder: Path, overrides: tuple[str, ...], names: Sequence[str], *, failed: str = "") -> None:
-    """Runs of ladders of the overhand scene; one of them may have failed."""
-    campaign = make_campaign("overhand", overrides, folder, budget=None, jobs=1, tell=lambda text: None)
-    ladders = make_ladders(campaign.scene_of(base_rung()), names)
-    for rung in [base_rung(), *(rung for rungs in ladders.values() for rung in rungs)]:
-        state, reason = ("failed", "strands passed through each other") if rung.name == failed else ("done", "")
-        write_run(campaign.run_of(rung), campaign.scene_of(rung), state=state, reason=reason)
+def write_series(folder: Path, overrides: tuple[str, ...], names: Sequence[str], *, failed: str = "") -> None:
+    """Runs of refinement series of the overhand scene; one of them may have failed."""
+    jobs = make_jobs("overhand", overrides, folder, budget=None, processes=1, tell=lambda text: None)
+    series = make_series(jobs.scene_of(base_level()), names)
+    for level in [base_level(), *(level for levels in series.values() for level in levels)]:
+        state, reason = ("failed", "strands passed through each other") if level.name == failed else ("done", "")
+        write_run(jobs.run_of(level), jobs.scene_of(level), state=state, reason=reason)
 
 
 def _arc(s: np.ndarray, length: float) -> np.ndarray:

@@ -15,7 +15,7 @@ MARKERS = "osD^v<>Ph*"
 
 
 def plot_pareto(
-    ladders: Mapping[str, Sequence[tuple[float, float]]],
+    series: Mapping[str, Sequence[tuple[float, float]]],
     front: Sequence[tuple[float, float, float]],
     out: str | Path,
     *,
@@ -27,22 +27,22 @@ def plot_pareto(
     """Draw relative errors against CPU seconds, on logarithmic axes.
 
     Args:
-        ladders: CPU seconds and relative error of each rung, from coarse to fine, by ladder.
+        series: CPU seconds and relative error of each refinement level, from coarse to fine, by series.
         front: those that none beats, by rising cost: CPU seconds, error, and the larger one that they are trusted with,
             which is ringed.
         out: file to write (.png, .pdf, .svg).
         label: what the error is of.
         uncertainty: of the reference; errors below it, shaded, say nothing.
-        unordered: ladders whose rungs are no sequence, drawn without lines.
+        unordered: series whose levels have no order, drawn without lines.
         title: heading.
 
     Raises:
         InputError: the format is unknown or the file cannot be written.
     """
-    drawn = [point for points in ladders.values() for point in points]
+    drawn = [point for points in series.values() for point in points]
     with paper_axes(out, title, width=5.4) as axes:
         axes.set(xscale="log", yscale="log", xlabel="CPU time (s)", ylabel=f"error, {label}")
-        for number, (name, points) in enumerate(ladders.items()):
+        for number, (name, points) in enumerate(series.items()):
             if points:
                 seconds, errors = zip(*points, strict=True)
                 style = "none" if name in unordered else "-"

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from knotfem.scene.quantity import PositiveDuration, PositiveForce, PositiveLength
 from knotfem.scene.table import Flag, Integer, Number, Table
@@ -81,11 +82,18 @@ class Accuracy(Table):
         measured: relative error of these settings plus the reference's own uncertainty.
         quantity: what the error is of, such as "force".
         scene: on which it was measured.
-        rung: of its cost ladder.
+        level: refinement level whose settings these are; older scenes name it "rung".
     """
 
     wanted: Annotated[Number, Field(gt=0.0)]
     measured: Annotated[Number, Field(ge=0.0)]
     quantity: str
     scene: str
-    rung: str
+    level: str
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read_older(cls, data: Any) -> Any:
+        if isinstance(data, Mapping) and "rung" in data and "level" not in data:
+            return {"level" if key == "rung" else key: value for key, value in data.items()}
+        return data

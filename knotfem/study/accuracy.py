@@ -10,8 +10,8 @@ from knotfem.errors import InputError
 from knotfem.run.directory import RunDirectory
 from knotfem.scene.load import load_scene
 from knotfem.scene.model import Scene
-from knotfem.study.likeness import class_of, frictions_of, window_of
 from knotfem.study.records import Record, Setting, stored
+from knotfem.study.similarity import class_of, frictions_of, window_of
 from knotfem.study.tables import duration
 
 GOVERNED = (
@@ -24,11 +24,11 @@ GOVERNED = (
 """Keys of a scene that `--accuracy` sets, and tables that hold them."""
 
 
-def parse_share(text: str) -> float:
+def parse_fraction(text: str) -> float:
     """Read "2 %" or 0.02.
 
     Raises:
-        InputError: no share between 0 and 1.
+        InputError: no fraction between 0 and 1.
     """
     match = re.fullmatch(r"\s*([0-9.eE+-]+)\s*(%?)\s*", text)
     try:
@@ -36,7 +36,7 @@ def parse_share(text: str) -> float:
     except ValueError:
         value = float("nan")
     if not 0.0 < value < 1.0:
-        raise InputError("not an accuracy", key="--accuracy", found=f'"{text}"', expected='a share such as "2%"')
+        raise InputError("not an accuracy", key="--accuracy", found=f'"{text}"', expected='a fraction such as "2%"')
     return value
 
 
@@ -111,7 +111,7 @@ def accurate_overrides(source: str, overrides: Sequence[str], accuracy: str) -> 
     Raises:
         InputError: none is that accurate, an override sets what the accuracy decides, or the source is a run.
     """
-    target = parse_share(accuracy)
+    target = parse_fraction(accuracy)
     if RunDirectory.is_run(source):
         raise InputError("a run keeps its settings", file=source, key="--accuracy", expected="a scene")
     for override in overrides:
@@ -126,7 +126,7 @@ def accurate_overrides(source: str, overrides: Sequence[str], accuracy: str) -> 
         f"accuracy.measured={setting.bound!r}",
         f'accuracy.quantity="{record.quantity}"',
         f'accuracy.scene="{record.scene}"',
-        f'accuracy.rung="{setting.rung}"',
+        f'accuracy.level="{setting.level}"',
     ]
     return (*chosen, *overrides), _says(scene, target, record, setting)
 
@@ -135,7 +135,7 @@ def _says(scene: Scene, target: float, record: Record, setting: Setting) -> str:
     extrapolated = _differences(scene, record)
     window = f" for a pull of {record.window:.3g} d" if record.window else ""
     return (
-        f"{target:.2%} in the {record.quantity}: settings of {setting.rung} ({', '.join(_figures(scene, setting))}), "
+        f"{target:.2%} in the {record.quantity}: settings of {setting.level} ({', '.join(_figures(scene, setting))}), "
         f"measured on {record.scene} against the reference of the model {record.model} "
         f"({record.date}, knotfem {record.version}): error {setting.error:.2%} +- {setting.uncertainty:.2%}, "
         f"{duration(setting.wall_s)} there ({record.machine.get('processor', 'another machine')}, "

@@ -1,144 +1,257 @@
-"""Limits of sequences of solutions: Richardson extrapolation with the observed order, and where it does not hold."""
+"""A convergence study of a scene: refinement series, their limits, errors of all levels, the Pareto front."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from itertools import pairwise
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
 
 import numpy as np
-from scipy.optimize import root_scalar
 
-ORDERS = (0.5, 4.5)
-"""Orders that a method can have; an observed one outside is no order."""
-ALIGNED = 0.5
-"""Smallest cosine between successive changes of a sequence that goes one way."""
-LUCK = 0.1
-"""Least uncertainty of a limit without an order, over the largest difference among the three finest solutions."""
-TWO_GRIDS = 3.0
-"""Safety factor on the change between two solutions where no third one gives an order (Roache 1994)."""
+from knotfem.errors import KnotfemError, Stopped
+from knotfem.scene.load import load_scene
+from knotfem.scene.model import Scene
+from knotfem.study.choose import Option, combine
+from knotfem.study.closed_forms import closed_form
+from knotfem.study.extrapolation import Limit, pareto_front
+from knotfem.study.jobs import FAILURES, Jobs
+from knotfem.study.measured import Measured, measure
+from knotfem.study.quantities import main_quantity
+from knotfem.study.references import MESH, Reference, mesh_limit, references, series_limits
+from knotfem.study.refinement import BASE, SERIES, SIZED, Level, base_level, make_series, refines
+from knotfem.threads import usable_threads
+
+TARGETS = (0.05, 0.02, 0.01)
+"""Accuracies for which settings are recommended and combinations chosen."""
+QUIET_OUTPUT = ("output.fields=false",)
+"""Set before the user's own overrides: fields for ParaView are no part of the cost of an answer."""
 
 
 @dataclass(frozen=True, eq=False)
-class Limit:
-    """Where a sequence of solutions goes.
+class ConvergenceStudy:
+    """Refinement series of a scene, run and evaluated.
 
     Attributes:
-        value: shape [n].
-        uncertainty: root mean square over the n values, in their unit.
-        order: observed, from the three finest; None where there is none.
-        verdict: "asymptotic", "no effect", or why the sequence is not in its asymptotic range.
+        scene: as it is.
+        measured: all levels, the base first.
+        series: levels by series, the base among those with sizes.
+        limits: by quantity and series.
+        references: by quantity, the least uncertain first.
+        main: the quantity that levels are ranked by.
     """
 
-    value: np.ndarray
-    uncertainty: float
-    order: float | None
-    verdict: str
+    scene: Scene
+    measured: list[Measured]
+    series: dict[str, list[Measured]]
+    limits: dict[str, dict[str, Limit]]
+    references: dict[str, list[Reference]]
+    main: str
 
     @property
-    def asymptotic(self) -> bool:
-        """Whether extrapolation holds."""
-        return self.verdict == "asymptotic"
+    def base(self) -> Measured:
+        """The scene as it is."""
+        return self.measured[0]
+
+    @property
+    def bounded(self) -> bool:
+        """Whether the main quantity has a reference that is bounded."""
+        found = self.references[self.main]
+        return bool(found) and not found[0].lacks
+
+    def error(self, entry: Measured, name: str) -> float:
+        """Relative error of a level against the reference of the scene; NaN where there is none."""
+        found = self.references.get(name)
+        return found[0].error(entry.quantities[name]) if entry.done and found else float("nan")
+
+    def own_limit(self, series: str, name: str) -> Limit | None:
+        """Limit of a quantity that the errors of a series are taken against: of elements and the scene, the mesh's."""
+        if series in (BASE, "element"):
+            return mesh_limit(self.base.quantities[name], self.limits[name])
+        return self.limits[name].get(series)
+
+    def own_error(self, entry: Measured, name: str) -> float:
+        """Relative error of a level against the limit of its own series; NaN where there is none."""
+        limit = self.own_limit(entry.level.series, name)
+        if limit is None or not entry.done:
+            return float("nan")
+        reference = self.references[name][0]
+        return Reference(limit.value, reference.scale, 0.0, "").error(entry.quantities[name])
+
+    def trusted(self, entry: Measured) -> float:
+        """Error in the main quantity that a level is trusted with: the largest among all levels that refine it.
+
+        Errors of opposite sign can cancel in a coarse level, which says nothing of another scene. A combination with
+        another element is trusted no more than that element on its mesh. NaN for a level that is not done, and without
+        a reference.
+        """
+        parts = entry.level.name.split("+") if entry.level.series == "chosen" else []
+        elements = [one for one in self.measured if one.level.series == "element" and one.level.name in parts]
+        errors = [self.error(one, self.main) for one in _finer(self.measured, entry)]
+        return max([*errors, *(self.trusted(one) for one in elements)], default=float("nan"))
+
+    def bound(self, entry: Measured) -> float:
+        """Trusted error in the main quantity with the reference's own uncertainty; NaN where there is none."""
+        found = self.references.get(self.main)
+        return self.trusted(entry) + found[0].uncertainty if found else float("nan")
+
+    @property
+    def front(self) -> list[Measured]:
+        """Levels that none beats in CPU seconds and trusted error; errors below the reference's own are alike."""
+        found = self.references[self.main]
+        noise = found[0].uncertainty if found else 0.0
+        return self._unbeaten(lambda entry: float(np.maximum(self.trusted(entry), noise)))
+
+    @property
+    def offers(self) -> list[Measured]:
+        """Levels that none beats in CPU seconds and bound: what `cheapest` chooses from."""
+        return self._unbeaten(self.bound)
+
+    def _unbeaten(self, error: Callable[[Measured], float]) -> list[Measured]:
+        done = [entry for entry in self.measured if entry.done]
+        cpu = np.array([entry.cpu["total"] for entry in done])
+        return [done[i] for i in pareto_front(cpu, np.array([error(entry) for entry in done]))]
+
+    def cheapest(self, target: float) -> Measured | None:
+        """The level with the least CPU seconds whose error, the reference's uncertainty added, is within a target."""
+        good = [entry for entry in self.measured if entry.done and self.bound(entry) <= target]
+        return min(good, key=lambda entry: entry.cpu["total"], default=None)
 
 
-def rms(values: np.ndarray) -> float:
-    """Root mean square, the discrete L2 norm of a curve on an even grid."""
-    return float(np.sqrt(np.mean(np.square(values))))
-
-
-def observed_order(sizes: np.ndarray, ratio: float) -> float | None:
-    """Order p at which errors C h^p change in a given ratio.
+def run_convergence(
+    source: str,
+    overrides: Sequence[str],
+    folder: Path,
+    *,
+    budget: float | None,
+    names: Sequence[str] = (),
+    processes: int | None = None,
+    tell: Callable[[str], None],
+) -> ConvergenceStudy:
+    """Run a scene's series and evaluate them.
 
     Args:
-        sizes: h1 > h2 > h3, in any ratio.
-        ratio: |f(h1) - f(h2)| over |f(h2) - f(h3)|.
-
-    Returns:
-        p, or None where no p in (0.02, 20) fits: the changes do not shrink as any power would have them.
-    """
-    a, b = sizes[1] / sizes[0], sizes[2] / sizes[0]
-
-    def gap(p: float) -> float:
-        return (1.0 - a**p) - ratio * (a**p - b**p)
-
-    if not np.isfinite(ratio) or gap(0.02) * gap(20.0) >= 0.0:
-        return None
-    return float(root_scalar(gap, bracket=(0.02, 20.0)).root)
-
-
-def extrapolate(sizes: np.ndarray, values: np.ndarray, floor: float = 0.0) -> Limit:
-    """The limit of solutions at falling sizes.
-
-    Three or more solutions whose last two changes go one way and shrink by an order in `ORDERS` are extrapolated with
-    that order. The limit is then uncertain by its distance from the finest solution or, where the three solutions
-    before the finest extrapolate too, by the change of the limit (and no less than a quarter of that distance). Else
-    the limit is the finest solution, uncertain by the largest difference among the three finest; where the last change
-    is no larger than first order would leave of the one before, by what first order would leave of the last.
-
-    Args:
-        sizes: falling, shape [m].
-        values: solutions, shape [m, n].
-        floor: changes below it are noise.
+        source: a scene, as for `load_scene`.
+        overrides: likewise, for all levels.
+        folder: where the runs are or go.
+        budget: wall seconds, or none.
+        names: of the series, all by default.
+        processes: at a time; as many as there are processors by default.
+        tell: told what starts and ends.
 
     Raises:
-        ValueError: sizes that do not fall.
+        KnotfemError: the scene itself did not run to its end, or a level cannot be.
     """
-    sizes, values = np.asarray(sizes, dtype=float), np.asarray(values, dtype=float)
-    if sizes.size == 0 or np.any(np.diff(sizes) >= 0.0) or sizes[-1] <= 0.0:
-        raise ValueError("sizes must fall and be positive")
-    if sizes.size == 1:
-        return Limit(values[0], float("inf"), None, "one rung only")
-    if sizes.size == 2:
-        return Limit(values[-1], TWO_GRIDS * rms(values[0] - values[1]), None, "two rungs only")
-    limit = _extrapolate_three(sizes[-3:], values[-3:], floor)
-    if not limit.asymptotic or sizes.size == 3:
-        return limit
-    before = _extrapolate_three(sizes[-4:-1], values[-4:-1], floor)
-    if not before.asymptotic:
-        return limit
-    uncertainty = max(rms(limit.value - before.value), 0.25 * limit.uncertainty)
-    return Limit(limit.value, uncertainty, limit.order, limit.verdict)
+    jobs = make_jobs(source, overrides, folder, budget=budget, processes=processes, tell=tell)
+    base = base_level()
+    series = make_series(jobs.scene_of(base), names)
+    jobs.run([base, *(level for levels in series.values() for level in levels)])
+    require_base(jobs)
+    study = evaluate(jobs, series)
+    if "chosen" in series:
+        series["chosen"] = chosen(study)
+        jobs.run(series["chosen"])
+        study = evaluate(jobs, series)
+    return study
 
 
-def _extrapolate_three(sizes: np.ndarray, values: np.ndarray, floor: float) -> Limit:
-    coarse, fine = (before - after for before, after in pairwise(values))
-    sizes_of_changes = rms(coarse), rms(fine)
-    spread = max(*sizes_of_changes, rms(values[0] - values[2]))
-    first_order = sizes_of_changes[1] * sizes[2] / (sizes[1] - sizes[2])
-    shrinks = sizes_of_changes[1] * (sizes[0] - sizes[1]) <= sizes_of_changes[0] * (sizes[1] - sizes[2])
-    bound = min(max(first_order, sizes_of_changes[1], LUCK * spread), spread) if shrinks else spread
+def make_jobs(
+    source: str,
+    overrides: Sequence[str],
+    folder: Path,
+    *,
+    budget: float | None,
+    processes: int | None,
+    tell: Callable[[str], None],
+) -> Jobs:
+    """Runs of a scene in a folder; see `run_convergence`."""
+    processors = usable_threads()
+    processes = processes or processors
+    threads = max(1, processors // processes)
 
-    def unsettled(why: str, order: float | None = None) -> Limit:
-        return Limit(values[2], bound, order, why)
+    @cache
+    def scene_of(level: Level) -> Scene:
+        return load_scene(source, [*QUIET_OUTPUT, f"solver.threads={threads}", *overrides, *level.overrides])
 
-    if spread <= floor:
-        return Limit(values[2], spread, None, "no effect")
-    if sizes_of_changes[1] == 0.0:
-        return unsettled("not asymptotic: the last two are equal")
-    if np.mean(coarse * fine) < ALIGNED * sizes_of_changes[0] * sizes_of_changes[1]:
-        return unsettled("not asymptotic: goes back and forth")
-    order = observed_order(sizes, sizes_of_changes[0] / sizes_of_changes[1])
-    if order is None:
-        return unsettled("not asymptotic: the changes do not shrink")
-    if not ORDERS[0] <= order <= ORDERS[1]:
-        return unsettled(f"not asymptotic: order {order:.1f}", order)
-    step = fine * sizes[2] ** order / (sizes[1] ** order - sizes[2] ** order)
-    return Limit(values[2] - step, rms(step), order, "asymptotic")
+    deadline = time.monotonic() + budget if budget is not None else float("inf")
+    return Jobs(folder, scene_of, processes, threads, deadline, tell)
 
 
-def pareto_front(costs: np.ndarray, errors: np.ndarray) -> np.ndarray:
-    """Entries that no other beats in cost and error at once.
+def require_base(jobs: Jobs) -> None:
+    """Check that the scene itself ran to its end.
 
-    Args:
-        costs: shape [n].
-        errors: shape [n]; NaN never counts.
-
-    Returns:
-        Their indices by rising cost.
+    Raises:
+        KnotfemError: it did not; with the exit code of its own failure.
     """
-    front: list[int] = []
-    best = np.inf
-    for i in np.lexsort((errors, costs)):
-        if errors[i] < best:
-            best = errors[i]
-            front.append(int(i))
-    return np.array(front, dtype=int)
+    outcome = jobs.outcomes[BASE]
+    if outcome.state == "failed":
+        raise FAILURES.get(outcome.exit_code, KnotfemError)(f"the scene itself fails: {outcome.reason}")
+    if outcome.state != "done":
+        raise Stopped(f"the scene itself is not through: {outcome.reason}")
+
+
+def evaluate(jobs: Jobs, series: dict[str, list[Level]]) -> ConvergenceStudy:
+    """Errors of all levels that have an outcome.
+
+    Raises:
+        KnotfemError: results are missing.
+    """
+    scene, base = jobs.scene_of(base_level()), measure(jobs, base_level())
+    measured = {
+        name: [measure(jobs, level) for level in series[name] if level.name in jobs.outcomes]
+        for name in SERIES
+        if name in series
+    }
+    every = [base, *(entry for entries in measured.values() for entry in entries)]
+    with_base = {name: _sized(name, [base, *entries]) for name, entries in measured.items()}
+    theory = closed_form(scene)
+    limits = {name: series_limits(with_base, name) for name in base.quantities}
+    needed = [name for name in make_series(scene) if name in SIZED and name != "uniform"]
+    found = {name: references(name, base.quantities[name], limits[name], theory, needed) for name in base.quantities}
+    return ConvergenceStudy(scene, every, with_base, limits, found, main_quantity(list(base.quantities)))
+
+
+def chosen(study: ConvergenceStudy) -> list[Level]:
+    """Combinations of levels that are expected to be cheapest for each target.
+
+    The mesh of a combination is that of levels of section and slice, or that of another element.
+    """
+    singles = {name: _options(study, name) for name in study.limits[study.main] if name != "uniform"}
+    families = [singles] if singles else []
+    if study.own_limit("element", study.main) is not None and "element" in study.series:
+        others = {name: options for name, options in singles.items() if name not in MESH}
+        families.append({"element": _options(study, "element"), **others})
+    found = [combine(families, target) for target in TARGETS]
+    return list({level.name: level for level in found if level is not None}.values())
+
+
+def _options(study: ConvergenceStudy, name: str) -> list[Option]:
+    limit, scale = study.own_limit(name, study.main), study.references[study.main][0].scale
+    assert limit is not None, "the series has a limit"
+    reference = Reference(limit.value, scale, limit.uncertainty / scale, "")
+    done = [entry for entry in study.series[name] if entry.done]
+
+    def trusted(entry: Measured) -> float:
+        return max(reference.error(one.quantities[study.main]) for one in _finer(done, entry))
+
+    return [
+        Option(entry.level, trusted(entry) + reference.uncertainty, entry.cpu["total"] / study.base.cpu["total"])
+        for entry in done
+    ]
+
+
+def _finer(measured: Sequence[Measured], coarse: Measured) -> list[Measured]:
+    """Those that refine a level, itself among them; none of one that is not done."""
+    return [one for one in measured if one.scene and coarse.scene and refines(one.scene, coarse.scene)]
+
+
+def _sized(name: str, levels: list[Measured]) -> list[Measured]:
+    """Levels of a series; where the step is what changes, sized by the steps that were taken."""
+    if name != "step":
+        return levels
+    steps = levels[0].counts["loading_steps"]
+    return [
+        replace(entry, size=steps / max(entry.counts["loading_steps"], 1.0)) if entry.done else entry
+        for entry in levels
+    ]

@@ -1,4 +1,4 @@
-"""What a cost table leaves in its folder: cost.csv, cost.png, recommendation.json, effects.csv."""
+"""What a study leaves in its folder: cost.csv, cost.png, recommendation.json, effects.csv."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ import numpy as np
 
 from knotfem.run.files import write_json
 from knotfem.run.tables import write_table
-from knotfem.study.errors_of import falling
-from knotfem.study.ladders import SIZED
+from knotfem.study.convergence import ConvergenceStudy
 from knotfem.study.measured import Measured
 from knotfem.study.quantities import LABELS
 from knotfem.study.records import record_of
-from knotfem.study.study import Study
+from knotfem.study.references import falling
+from knotfem.study.refinement import SIZED
 from knotfem.study.switches import EffectsStudy, effects_rows
-from knotfem.study.tables import rung_rows
+from knotfem.study.tables import level_rows
 
 
-def write_study(study: Study, folder: Path) -> dict[str, Path | None]:
-    """Write table, plot and, where the table has a bounded reference, the recommendation; else remove an older one.
+def write_study(study: ConvergenceStudy, folder: Path) -> dict[str, Path | None]:
+    """Write table, plot and, where it has a bounded reference, the recommendation; else remove an older one.
 
     Returns:
         The files by what they are.
@@ -31,7 +31,7 @@ def write_study(study: Study, folder: Path) -> dict[str, Path | None]:
         InputError: nothing can be written there.
     """
     table, picture, recommendation = (folder / name for name in ("cost.csv", "cost.png", "recommendation.json"))
-    write_table(table, _columns(rung_rows(study)))
+    write_table(table, _columns(level_rows(study)))
     if study.bounded:
         write_json(recommendation, asdict(record_of(study)))
     else:
@@ -55,25 +55,25 @@ def _columns(rows: list[dict[str, Any]]) -> dict[str, np.ndarray]:
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
-def plot(study: Study, out: Path) -> None:
-    """Draw the error in the main quantity against CPU seconds, ladder by ladder, the Pareto front marked."""
+def plot(study: ConvergenceStudy, out: Path) -> None:
+    """Draw the error in the main quantity against CPU seconds, series by series, the Pareto front marked."""
     from knotfem.plot.pareto import plot_pareto
 
     def points(entries: Sequence[Measured]) -> list[tuple[float, float]]:
         found = [(entry.cpu["total"], study.error(entry, study.main)) for entry in entries if entry.done]
         return [(cpu, error) for cpu, error in found if error > 0.0]
 
-    ladders = {
-        name: points(falling(entries) if name in SIZED else [entry for entry in entries if entry.rung.ladder == name])
-        for name, entries in study.ladders.items()
+    series = {
+        name: points(falling(entries) if name in SIZED else [entry for entry in entries if entry.level.series == name])
+        for name, entries in study.series.items()
     }
     front = [(*point, study.trusted(entry)) for entry in study.front for point in points([entry])]
     plot_pareto(
-        ladders,
+        series,
         front,
         out,
         label=LABELS[study.main],
         uncertainty=study.references[study.main][0].uncertainty if study.bounded else 0.0,
-        unordered=[name for name in study.ladders if name not in SIZED],
+        unordered=[name for name in study.series if name not in SIZED],
         title=study.scene.name,
     )

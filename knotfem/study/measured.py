@@ -1,4 +1,4 @@
-"""What rungs came to and what they cost, read from their run directories."""
+"""Results and costs of refinement levels, read from their run directories."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from knotfem.run.directory import RunDirectory
-from knotfem.run.tables import read_table
+from knotfem.results.data import open_run
+from knotfem.results.run import Run
 from knotfem.scene.model import Scene
-from knotfem.study.campaign import Campaign, Outcome
-from knotfem.study.ladders import Rung
+from knotfem.study.jobs import Jobs, Outcome
 from knotfem.study.quantities import Quantities, read_quantities
+from knotfem.study.refinement import Level
 
 PARTS = ("assembly", "contact", "factorisation", "solve", "output", "other")
 """What the time of a run went into; "other" is the rest: balances, knot names, step control."""
@@ -20,11 +20,11 @@ COUNTS = ("steps", "newton_iterations", "cutbacks", "dofs", "peak_memory_mb")
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """A rung that is done, or what became of it.
+    """A level that is done, or what became of it.
 
     Attributes:
-        rung: what was run.
-        scene: as the rung has it; None where it is not done.
+        level: what was run.
+        scene: as the level has it; None where it is not done.
         outcome: whether it is done.
         quantities: what it came to; empty where it is not done.
         cpu: seconds by part, and "total".
@@ -34,7 +34,7 @@ class Measured:
         size: what its error falls with; None where sizes say nothing.
     """
 
-    rung: Rung
+    level: Level
     scene: Scene | None
     outcome: Outcome
     quantities: Quantities = field(default_factory=dict)
@@ -50,20 +50,20 @@ class Measured:
         return self.outcome.state == "done"
 
 
-def measure(campaign: Campaign, rung: Rung) -> Measured:
-    """Read what a rung came to.
+def measure(jobs: Jobs, level: Level) -> Measured:
+    """Read what a level came to.
 
     Raises:
         InputError: a run that is done lacks its results.
     """
-    outcome = campaign.outcomes[rung.name]
+    outcome = jobs.outcomes[level.name]
     if outcome.state != "done":
-        return Measured(rung, None, outcome, size=rung.size)
-    run = campaign.run_of(rung)
-    summary = run.read_summary()
+        return Measured(level, None, outcome, size=level.size)
+    run = open_run(jobs.run_of(level).path)
+    summary = run.summary
     effects = {name: float(entry["cpu_s"]) for name, entry in summary["effects"].items()}
     return Measured(
-        rung,
+        level,
         run.scene,
         outcome,
         read_quantities(run),
@@ -71,7 +71,7 @@ def measure(campaign: Campaign, rung: Rung) -> Measured:
         _parts(summary, "wall_s"),
         {name: float(summary.get(name, 0.0)) for name in COUNTS} | {"loading_steps": _loading_steps(run)},
         effects,
-        rung.size,
+        level.size,
     )
 
 
@@ -83,10 +83,10 @@ def _parts(summary: dict, unit: str) -> dict[str, float]:
     return {**{name: parts[name] for name in PARTS}, "total": total}
 
 
-def _loading_steps(run: RunDirectory) -> float:
-    return float(len(read_table(run.path / "force.csv")["time_s"]))
+def _loading_steps(run: Run) -> float:
+    return float(run.table("force")["time_s"].size)
 
 
 def values_of(measured: list[Measured], name: str) -> np.ndarray:
-    """One quantity of several rungs, shape [rungs, n]."""
+    """One quantity of several levels, shape [levels, n]."""
     return np.stack([entry.quantities[name] for entry in measured])

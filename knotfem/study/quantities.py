@@ -1,17 +1,15 @@
-"""What a run is judged by: force curve, its end, tension profile, knot size, penetration, shape."""
+"""What runs are compared by: force curve, its end, tension profile, knot size, penetration, shape."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from knotfem.errors import InputError
-from knotfem.results.profile import tension
-from knotfem.run.directory import RunDirectory
-from knotfem.run.stepping import FIRST_MOVE_OVER_DIAMETER
-from knotfem.run.tables import read_table
+from knotfem.results.run import Run
+from knotfem.run.schedule import FIRST_MOVE_OVER_DIAMETER
 from knotfem.scene.model import Scene
 from knotfem.scene.steps import Pull
-from knotfem.study.convergence import rms
+from knotfem.study.extrapolation import rms
 
 LABELS = {
     "force": "force curve (L2)",
@@ -30,7 +28,7 @@ Quantities = dict[str, np.ndarray]
 """Values by name, each of shape [n]: curves on an even grid that all runs of a scene share, or one value."""
 
 
-def read_quantities(run: RunDirectory) -> Quantities:
+def read_quantities(run: Run) -> Quantities:
     """What a finished run came to.
 
     Curves are sampled evenly so that their root mean square is an L2 norm: the force against the displacement of each
@@ -51,7 +49,7 @@ def read_quantities(run: RunDirectory) -> Quantities:
     )
     if scene.contact.enabled:
         found["knot_size"] = np.array([sum(bent_length(x) for x in places)])
-        found["penetration"] = np.array([float(run.read_summary()["max_penetration_over_d"])])
+        found["penetration"] = np.array([float(run.summary["max_penetration_over_d"])])
     elif scene.gravity is not None and "force" not in found:
         down = np.array(scene.gravity.direction) / np.linalg.norm(scene.gravity.direction)
         found["sag"] = np.array([float((x[-1] - x[0]) @ down) for x in places])
@@ -95,28 +93,25 @@ def bent_length(points: np.ndarray) -> float:
     return float(np.sum(angles)) ** 2 * float(lengths.mean()) / squared if squared > 1e-12 else 0.0
 
 
-def _forces(run: RunDirectory, scene: Scene) -> Quantities:
+def _forces(run: Run, scene: Scene) -> Quantities:
     pulls = [step for step in scene.loading_steps if isinstance(step, Pull)]
     if not pulls:
         return {}
-    table = read_table(run.path / "force.csv")
+    table = run.table("force")
     curves = []
     for step in pulls:
         rows = table["step"] == step.name
         if not rows.any():
-            raise InputError("a step has no rows", file=run.path / "force.csv", key=step.name)
+            raise InputError("no forces are stored of this step", file=run.path, key=step.name)
         first = FIRST_MOVE_OVER_DIAMETER * scene.diameter
         grid = np.linspace(min(first, 0.5 * step.displacement), step.displacement, GRID)
         curves.append(np.interp(grid, table["displacement_mm"][rows], table["force_N"][rows]))
     return {"force": np.concatenate(curves), "force_end": curves[-1][-1:]}
 
 
-def _profiles(run: RunDirectory) -> list[dict[str, np.ndarray]]:
-    last = tension(run)
-    return [
-        {name: values[last["rod"] == rod.name] for name, values in last.items() if name != "rod"}
-        for rod in run.scene.rods
-    ]
+def _profiles(run: Run) -> list[dict[str, np.ndarray]]:
+    last = run.tension()
+    return [last.of(rod.name).table for rod in run.scene.rods]
 
 
 def _sampled(s: np.ndarray, values: np.ndarray) -> np.ndarray:

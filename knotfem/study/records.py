@@ -10,22 +10,25 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-import knotfem
 from knotfem.errors import InputError
 from knotfem.run.files import cannot_write, read_json, write_json
-from knotfem.threads import usable_threads
 from knotfem.scene.model import Scene
-from knotfem.study.ladders import SIZED
-from knotfem.study.likeness import class_of, frictions_of, window_of
-from knotfem.study.study import Study
+from knotfem.study.convergence import ConvergenceStudy
+from knotfem.study.refinement import SIZED
+from knotfem.study.similarity import class_of, frictions_of, window_of
+from knotfem.threads import usable_threads
+from knotfem.version import __version__
+
+_OLDER = {"rung": "level"}
+"""Keys of settings in files of older versions, which stay readable."""
 
 
 @dataclass(frozen=True)
 class Setting:
-    """One rung as it can be applied to another scene of its class: lengths over d, forces over E d^2.
+    """A refinement level, as it can be applied to other scenes of its class: lengths over d, forces over E d^2.
 
     Attributes:
-        rung: its name.
+        level: its name.
         error: relative, in the main quantity, that it is trusted with.
         uncertainty: of the reference it is taken against.
         cpu_s, wall_s, memory_mb: what it took.
@@ -36,7 +39,7 @@ class Setting:
         element_length, move, tolerance, stiffness, sample_spacing, stick: without dimension.
     """
 
-    rung: str
+    level: str
     error: float
     uncertainty: float
     cpu_s: float
@@ -90,23 +93,23 @@ class Record:
     machine: dict[str, Any]
 
 
-def record_of(study: Study) -> Record:
-    """What a cost table recommends: settings that none beats in CPU seconds and promised error.
+def record_of(study: ConvergenceStudy) -> Record:
+    """What a study recommends: settings that none beats in CPU seconds and promised error.
 
     Raises:
-        InputError: the table has no reference, or none that is bounded.
+        InputError: it has no reference, or none that is bounded.
     """
     if not study.references[study.main]:
-        raise InputError("the ladders give no reference", expected=f"one of {', '.join(SIZED)} among them")
+        raise InputError("the refinement series give no reference", expected=f"one of {', '.join(SIZED)} among them")
     reference = study.references[study.main][0]
     if reference.lacks:
-        lacking = f"{', '.join(reference.lacks)} with a rung that is done, or uniform"
+        lacking = f"{', '.join(reference.lacks)} with a level that is done, or uniform"
         raise InputError("nothing bounds the reference", key="--store", found=reference.source, expected=lacking)
     settings = []
     for entry in study.offers:
         assert entry.scene is not None, "offers are done"
         cost = (entry.cpu["total"], entry.wall["total"], entry.counts["peak_memory_mb"])
-        figures = (entry.rung.name, study.trusted(entry), reference.uncertainty, *cost)
+        figures = (entry.level.name, study.trusted(entry), reference.uncertainty, *cost)
         settings.append(Setting(*figures, **_dimensionless(entry.scene)))
     return Record(
         study.scene.name,
@@ -117,7 +120,7 @@ def record_of(study: Study) -> Record:
         frictions_of(study.scene),
         tuple(settings),
         reference.source,
-        knotfem.__version__,
+        __version__,
         datetime.now(UTC).date().isoformat(),
         {"platform": platform.platform(), "processor": _processor(), "processors": usable_threads()},
     )
@@ -198,4 +201,5 @@ def _read(path: Path) -> list[Record]:
 
 
 def _record(settings: list[dict[str, Any]], frictions: list[float], **others: Any) -> Record:
-    return Record(settings=tuple(Setting(**s) for s in settings), frictions=(frictions[0], frictions[1]), **others)
+    read = tuple(Setting(**{_OLDER.get(key, key): value for key, value in s.items()}) for s in settings)
+    return Record(settings=read, frictions=(frictions[0], frictions[1]), **others)

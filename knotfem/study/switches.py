@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from knotfem.errors import InputError
-from knotfem.models.registry import REGISTRY
+from knotfem.models.effects import DAMPING, EFFECTS, VISCOUS_DRAG
 from knotfem.scene.model import Scene
-from knotfem.study.errors_of import Reference
-from knotfem.study.ladders import Rung, base_rung
+from knotfem.study.convergence import make_jobs, require_base
 from knotfem.study.measured import Measured, measure
 from knotfem.study.quantities import LABELS, scale_of
-from knotfem.study.study import make_campaign, require_base
-from knotfem.terms.registry import INTERNAL_DAMPING, REGISTERED
+from knotfem.study.references import Reference
+from knotfem.study.refinement import Level, base_level
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -60,7 +59,7 @@ def _obstacles(scene: Scene) -> list[str]:
 
 SWITCHES: dict[str, Callable[[Scene], list[str]]] = {
     "core": _core,
-    INTERNAL_DAMPING: _damping,
+    DAMPING.name: _damping,
     "inertia": lambda scene: ["inertia.scheme=quasi-static"],
     "drag": lambda scene: ["drag=none"],
     "gravity": lambda scene: ["gravity=none"],
@@ -68,7 +67,7 @@ SWITCHES: dict[str, Callable[[Scene], list[str]]] = {
     "friction": _friction,
     "cylinder": _obstacles,
     "cylinder friction": _obstacle_friction,
-    **{name: lambda scene, name=name: [f"effects.{name}=none"] for name in REGISTERED},
+    VISCOUS_DRAG.name: lambda scene: ["effects.viscous_drag=none"],
 }
 """Overrides that take an effect out of a scene; loads are no effect that a scene could do without."""
 
@@ -87,12 +86,12 @@ class EffectsStudy:
     base: Measured
     without: dict[str, Measured]
 
-    def share(self, effect: str) -> float:
+    def fraction(self, effect: str) -> float:
         """CPU seconds spent in the effect itself over those of the whole run."""
         return self.base.effects.get(effect, 0.0) / self.base.cpu["total"]
 
     def saved(self, effect: str) -> float:
-        """CPU seconds that a run without it takes less, as a share of the whole; NaN where there is none."""
+        """CPU seconds that a run without it takes less, over those of the whole run; NaN where there is no such run."""
         entry = self.without[effect]
         return 1.0 - entry.cpu["total"] / self.base.cpu["total"] if entry.done else float("nan")
 
@@ -106,7 +105,7 @@ class EffectsStudy:
 
 def effects_of(scene: Scene) -> list[str]:
     """Effects that a scene calls for and could do without."""
-    return [entry.name for entry in REGISTRY if entry.name in SWITCHES and not entry.absent(scene)]
+    return [effect.name for effect in EFFECTS if effect.name in SWITCHES and effect.wanted(scene)]
 
 
 def run_effects(
@@ -115,40 +114,40 @@ def run_effects(
     folder: Path,
     *,
     budget: float | None,
-    jobs: int | None = None,
+    processes: int | None = None,
     tell: Callable[[str], None],
 ) -> EffectsStudy:
-    """Run a scene as it is and without each of its effects; see `study.run_study`.
+    """Run a scene as it is and without each of its effects; see `convergence.run_convergence`.
 
     Raises:
         InputError: it has none.
         KnotfemError: the scene itself did not run to its end.
     """
-    campaign = make_campaign(source, overrides, folder, budget=budget, jobs=jobs, tell=tell)
-    base = base_rung()
-    scene = campaign.scene_of(base)
-    rungs = {
-        name: Rung(
+    jobs = make_jobs(source, overrides, folder, budget=budget, processes=processes, tell=tell)
+    base = base_level()
+    scene = jobs.scene_of(base)
+    levels = {
+        name: Level(
             f"without-{name.replace(' ', '-')}", "effects", f"without {name}", None, tuple(SWITCHES[name](scene))
         )
         for name in effects_of(scene)
     }
-    if not rungs:
+    if not levels:
         raise InputError("no effect to switch off", key="--effects", expected=f"one of {', '.join(SWITCHES)}")
-    campaign.take([base, *rungs.values()])
-    require_base(campaign)
-    return EffectsStudy(scene, measure(campaign, base), {name: measure(campaign, rung) for name, rung in rungs.items()})
+    jobs.run([base, *levels.values()])
+    require_base(jobs)
+    return EffectsStudy(scene, measure(jobs, base), {name: measure(jobs, level) for name, level in levels.items()})
 
 
 def effects_rows(study: EffectsStudy) -> list[dict[str, Any]]:
-    """Rows of effects.csv, one an effect."""
+    """Rows of effects.csv, one for each effect."""
     return [
         {
             "effect": name,
             "state": entry.outcome.state,
             "reason": entry.outcome.reason,
             "cpu_s": study.base.effects.get(name, 0.0),
-            "share": study.share(name),
+            "share": study.fraction(name),
             "saved_share": study.saved(name),
             **{f"{quantity}_change": study.change(name, quantity) for quantity in study.base.quantities},
         }
@@ -164,7 +163,7 @@ def effects_table(study: EffectsStudy) -> RenderableType:
     for column in ("effect", "CPU s", "of the run", "saved", *(LABELS[name] for name in study.base.quantities), ""):
         table.add_column(column, justify="left" if column in ("effect", "") else "right")
     for name, entry in study.without.items():
-        figures = [study.share(name), study.saved(name), *(study.change(name, q) for q in study.base.quantities)]
+        figures = [study.fraction(name), study.saved(name), *(study.change(name, q) for q in study.base.quantities)]
         shown = ["" if np.isnan(figure) else f"{100.0 * figure:.3g}" for figure in figures]
         why = "" if entry.done else f"{entry.outcome.state}: {entry.outcome.reason}"
         table.add_row(name, f"{study.base.effects.get(name, 0.0):.2f}", *shown, why)

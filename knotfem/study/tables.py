@@ -1,4 +1,4 @@
-"""A cost table as rows and on the terminal."""
+"""A convergence study as rows of a table and on the terminal."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from knotfem.study.convergence import TARGETS, ConvergenceStudy
 from knotfem.study.measured import COUNTS, PARTS, Measured
 from knotfem.study.quantities import LABELS
-from knotfem.study.study import TARGETS, Study
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -26,14 +26,14 @@ SHORT = {
 }
 
 
-def rung_rows(study: Study) -> list[dict[str, Any]]:
-    """Rows of cost.csv, one a rung: errors relative, NaN where there is none."""
-    front = {entry.rung.name for entry in study.front}
+def level_rows(study: ConvergenceStudy) -> list[dict[str, Any]]:
+    """Rows of cost.csv, one for each level: errors relative, NaN where there is none; scripts read its names."""
+    front = {entry.level.name for entry in study.front}
     return [
         {
-            "rung": entry.rung.name,
-            "ladder": entry.rung.ladder,
-            "setting": entry.rung.setting,
+            "rung": entry.level.name,
+            "ladder": entry.level.series,
+            "setting": entry.level.setting,
             "size": entry.size if entry.size is not None else float("nan"),
             "state": entry.outcome.state,
             "reason": entry.outcome.reason,
@@ -43,13 +43,13 @@ def rung_rows(study: Study) -> list[dict[str, Any]]:
             **{f"{name}_error": study.error(entry, name) for name in study.references},
             **{f"{name}_own_error": study.own_error(entry, name) for name in study.references},
             "trusted_error": study.trusted(entry),
-            "pareto": float(entry.rung.name in front),
+            "pareto": float(entry.level.name in front),
         }
         for entry in study.measured
     ]
 
 
-def reference_rows(study: Study) -> dict[str, list[dict[str, Any]]]:
+def reference_rows(study: ConvergenceStudy) -> dict[str, list[dict[str, Any]]]:
     """References by quantity, the least uncertain first: source, value (of a curve its end), relative uncertainty."""
     return {
         name: [{"source": one.source, "value": one.value[-1], "uncertainty": one.uncertainty} for one in found]
@@ -57,12 +57,12 @@ def reference_rows(study: Study) -> dict[str, list[dict[str, Any]]]:
     }
 
 
-def tables(study: Study) -> list[RenderableType]:
-    """What the terminal shows: errors of rungs, their costs, limits of ladders, references."""
+def tables(study: ConvergenceStudy) -> list[RenderableType]:
+    """What the terminal shows: errors of levels, their costs, limits of refinement series, references."""
     return [_errors(study), _costs(study), _limits(study), _references(study)]
 
 
-def recommendations(study: Study) -> list[str]:
+def recommendations(study: ConvergenceStudy) -> list[str]:
     """A sentence for each target, and one about what was left out."""
     label, lines = SHORT[study.main], []
     if not study.bounded:
@@ -70,75 +70,77 @@ def recommendations(study: Study) -> list[str]:
     for target in TARGETS:
         entry = study.cheapest(target)
         if entry is None:
-            lines.append(f"{target:.0%} in the {label}: no rung is that accurate within the reference's uncertainty")
+            lines.append(f"{target:.0%} in the {label}: no level is that accurate within the reference's uncertainty")
             continue
         uncertainty = study.references[study.main][0].uncertainty
         error = f"error {_percent(study.trusted(entry))} +- {_percent(uncertainty)} %"
         cost = f"{duration(entry.wall['total'])} here ({duration(entry.cpu['total'])} of CPU time)"
-        lines.append(f"{target:.0%} in the {label}: {entry.rung.name} ({entry.rung.setting}), {error}, about {cost}")
+        lines.append(f"{target:.0%} in the {label}: {entry.level.name} ({entry.level.setting}), {error}, about {cost}")
     return [*lines, *_missing(study)]
 
 
-def _unbounded(study: Study) -> str:
+def _unbounded(study: ConvergenceStudy) -> str:
     found = study.references[study.main]
     if not found:
-        return "no ladder gives a reference"
-    return f"the reference lacks {', '.join(found[0].lacks)}; run these ladders too, or uniform"
+        return "no refinement series gives a reference"
+    return f"the reference lacks {', '.join(found[0].lacks)}; run these series too, or uniform"
 
 
-def _missing(study: Study) -> list[str]:
-    missing = [f"{entry.rung.name} ({entry.outcome.state})" for entry in study.measured if not entry.done]
+def _missing(study: ConvergenceStudy) -> list[str]:
+    missing = [f"{entry.level.name} ({entry.outcome.state})" for entry in study.measured if not entry.done]
     return [f"not in the table: {', '.join(missing)}"] if missing else []
 
 
-def _errors(study: Study) -> RenderableType:
+def _errors(study: ConvergenceStudy) -> RenderableType:
     names = list(study.references)
     table = _table(
         f"{study.scene.name}: errors in % against the reference",
-        ("", "rung", "setting"),
+        ("", "level", "setting"),
         (*(SHORT[name] for name in names), f"own {SHORT[study.main]}", "trusted", "CPU"),
         f"* on the Pareto front of CPU seconds and {LABELS[study.main]}",
     )
-    front = {entry.rung.name for entry in study.front}
+    front = {entry.level.name for entry in study.front}
     for entry in study.measured:
-        mark = "*" if entry.rung.name in front else ""
+        mark = "*" if entry.level.name in front else ""
         if entry.done:
             errors = [_percent(study.error(entry, name)) for name in names]
             own, trusted = _percent(study.own_error(entry, study.main)), _percent(study.trusted(entry))
             cpu = duration(entry.cpu["total"])
-            table.add_row(mark, entry.rung.name, entry.rung.setting, *errors, own, trusted, cpu)
+            table.add_row(mark, entry.level.name, entry.level.setting, *errors, own, trusted, cpu)
         elif entry.outcome.state != "left out":
-            table.add_row(mark, entry.rung.name, _why(entry))
+            table.add_row(mark, entry.level.name, _why(entry))
     return table
 
 
-def _costs(study: Study) -> RenderableType:
+def _costs(study: ConvergenceStudy) -> RenderableType:
     table = _table(
         "Costs: wall seconds, CPU seconds in all and by part",
-        ("rung",),
+        ("level",),
         ("wall", "CPU", *PARTS, "MB", "steps", "iter."),
     )
     for entry in study.measured:
         if entry.done:
             seconds = [f"{entry.wall['total']:.1f}", *(f"{entry.cpu[part]:.1f}" for part in ("total", *PARTS))]
             counts = [f"{entry.counts[name]:.0f}" for name in ("peak_memory_mb", "steps", "newton_iterations")]
-            table.add_row(entry.rung.name, *seconds, *counts)
+            table.add_row(entry.level.name, *seconds, *counts)
     return table
 
 
-def _limits(study: Study) -> RenderableType:
-    table = _table("Limits of the ladders", ("ladder", "quantity", "sequence"), ("order", "limit", "uncertain by"))
+def _limits(study: ConvergenceStudy) -> RenderableType:
+    table = _table(
+        "Limits of the refinement series", ("series", "quantity", "sequence"), ("order", "limit", "uncertain by")
+    )
     for name, limits in study.limits.items():
-        for ladder, limit in limits.items():
+        for series, limit in limits.items():
             scale = study.references[name][0].scale
             order = "" if limit.order is None else f"{limit.order:.2f}"
             value = f"{limit.value[-1]:.5g}" if limit.value.size == 1 else ""
             uncertain = _percent(limit.uncertainty / scale) + " %"
-            table.add_row(ladder, SHORT[name], limit.verdict, order, value, uncertain)
+            table.add_row(series, SHORT[name], limit.behaviour, order, value, uncertain)
     return table
 
 
-def _references(study: Study) -> RenderableType:
+def _references(study: ConvergenceStudy) -> RenderableType:
     table = _table(
         "References: errors are taken against the first of each quantity",
         ("quantity", "source"),
@@ -154,20 +156,20 @@ def _references(study: Study) -> RenderableType:
 
 
 def _table(title: str, texts: Sequence[str], numbers: Sequence[str], caption: str | None = None) -> Table:
-    """A table whose rung names and numbers are never cut."""
+    """A table whose level names and numbers are never cut."""
     from rich import box
     from rich.table import Table
 
     table = Table(title=title, caption=caption, box=box.SIMPLE, padding=(0, 1), title_justify="left")
     for column in texts:
-        table.add_column(column, no_wrap=column in ("", "rung"))
+        table.add_column(column, no_wrap=column in ("", "level"))
     for column in numbers:
         table.add_column(column, justify="right", no_wrap=True)
     return table
 
 
-def _percent(share: float) -> str:
-    return "" if not np.isfinite(share) else f"{100.0 * share:.2g}"
+def _percent(fraction: float) -> str:
+    return "" if not np.isfinite(fraction) else f"{100.0 * fraction:.2g}"
 
 
 def duration(seconds: float) -> str:

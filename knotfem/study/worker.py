@@ -1,4 +1,4 @@
-"""Process of one rung: brings a run to its end or, asked to stop or out of time, to a checkpoint.
+"""Process of one run: brings it to its end or, asked to stop or out of time, to a checkpoint.
 
 `python -m knotfem.study.worker RUN [SECONDS]`
 """
@@ -17,15 +17,10 @@ def work(folder: str, seconds: str | None = None) -> int:
         folder: of the run.
         seconds: wall time after which it stops with a checkpoint.
     """
-    from knotfem.run import driver
-    from knotfem.run.directory import RunDirectory
+    from knotfem.api import resume
 
     try:
-        run = RunDirectory.open(folder)
-        if seconds is not None:
-            run.override([f"solver.time_limit={seconds} s"])
-        with run.locked():
-            driver.resume(run)
+        resume(folder, [] if seconds is None else [f"solver.time_limit={seconds} s"], progress=False)
     except KnotfemError as error:
         print(error, file=sys.stderr)
         return error.exit_code

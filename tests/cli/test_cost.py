@@ -5,17 +5,17 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner, Result
-from manufactured import write_ladders, write_run
+from manufactured import write_run, write_series
 
-import knotfem.run
+import knotfem.api
 from knotfem.scene import load_scene
-from knotfem.study.ladders import Rung, base_rung
+from knotfem.study.convergence import make_jobs
 from knotfem.study.records import stored
-from knotfem.study.study import make_campaign
+from knotfem.study.refinement import Level, base_level
 from knotfem_cli.main import knotfem_command
 
 PULL = "steps.1.displacement=30 mm"
-LADDERS = ("section", "slice", "uniform")
+SERIES = ("section", "slice", "uniform")
 
 
 def call(*arguments: object) -> Result:
@@ -30,8 +30,8 @@ def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def measured(tmp_path: Path) -> Result:
-    write_ladders(tmp_path / "costs" / "overhand", (PULL,), LADDERS)
-    chosen = [text for name in LADDERS for text in ("--ladder", name)]
+    write_series(tmp_path / "costs" / "overhand", (PULL,), SERIES)
+    chosen = [text for name in SERIES for text in ("--series", name)]
     return call("cost", "overhand", "--set", PULL, *chosen, "--store", tmp_path / "kept.json")
 
 
@@ -46,7 +46,7 @@ def test_cost_prints_table_and_recommendation_and_stores_it(measured, tmp_path):
     (record,) = json.loads((tmp_path / "kept.json").read_text())["measured"]
     assert (record["scene"], record["model"]) == ("overhand", "fem")
     assert "stored for --accuracy in " in measured.stderr
-    chosen = [text for name in LADDERS for text in ("--ladder", name)]
+    chosen = [text for name in SERIES for text in ("--series", name)]
     again = call("cost", "overhand", "--set", PULL, *chosen, "--store", tmp_path / "kept.json")
     assert again.stderr.splitlines()[-1].endswith(f"in place of what was measured on overhand on {record['date']}")
     assert "overhand" not in [entry.scene for entry in stored() if entry.window == pytest.approx(5.0)]
@@ -57,12 +57,10 @@ def test_accuracy_takes_what_cost_stored(measured, tmp_path, monkeypatch):
     (tmp_path / "kept.json").rename(tmp_path / "data" / "knotfem" / "recommendations.json")
     pulled = []
 
-    class Driver:
-        @staticmethod
-        def pull(scene, run, progress) -> None:
-            pulled.append((scene, run))
+    def drive(scene, run, goal, progress, **options) -> None:
+        pulled.append((scene, run))
 
-    monkeypatch.setattr(knotfem.run, "driver", Driver, raising=False)
+    monkeypatch.setattr(knotfem.api, "drive", drive)
     result = call(
         "pull", "overhand", "--accuracy", "5%", "--model", "fem", "--set", "contact.friction=0.2", "-o", "out"
     )
@@ -78,8 +76,8 @@ def test_accuracy_takes_what_cost_stored(measured, tmp_path, monkeypatch):
 
 
 def test_result_as_json(tmp_path):
-    write_ladders(tmp_path / "costs" / "overhand", (PULL,), ["uniform"], failed="uniform-108")
-    result = call("cost", "overhand", "--set", PULL, "--ladder", "uniform", "--store", "--log-format", "json")
+    write_series(tmp_path / "costs" / "overhand", (PULL,), ["uniform"], failed="uniform-108")
+    result = call("cost", "overhand", "--set", PULL, "--series", "uniform", "--store", "--log-format", "json")
     assert result.exit_code == 0, result.output
     found = json.loads(result.stdout)
     assert (found["folder"], found["table"]) == ("costs/overhand", "costs/overhand/cost.csv")
@@ -95,7 +93,7 @@ def test_result_as_json(tmp_path):
 
 
 def test_store_without_a_bound_is_refused_after_the_table(tmp_path):
-    write_ladders(tmp_path / "costs" / "overhand", (PULL,), ["slice"])
+    write_series(tmp_path / "costs" / "overhand", (PULL,), ["slice"])
     result = call("cost", "overhand", "--set", PULL, "--ladder", "slice", "--store", tmp_path / "kept.json")
     assert result.exit_code == 3
     assert "nothing is recommended: the reference lacks section, step" in result.stdout
@@ -105,10 +103,10 @@ def test_store_without_a_bound_is_refused_after_the_table(tmp_path):
 
 def test_effects_as_json(tmp_path):
     bare = ["rods.0.core=none", "drag=none", "contact.friction=0", "gravity=none", "inertia.scheme=quasi-static"]
-    campaign = make_campaign("overhand", bare, tmp_path / "out", budget=None, jobs=1, tell=lambda text: None)
-    without = Rung("without-contact", "effects", "", None, ("contact.enabled=false",))
-    for rung in (base_rung(), without):
-        write_run(campaign.run_of(rung), campaign.scene_of(rung))
+    jobs = make_jobs("overhand", bare, tmp_path / "out", budget=None, processes=1, tell=lambda text: None)
+    without = Level("without-contact", "effects", "", None, ("contact.enabled=false",))
+    for level in (base_level(), without):
+        write_run(jobs.run_of(level), jobs.scene_of(level))
     options = [text for override in bare for text in ("--set", override)]
     result = call("cost", "overhand", *options, "--effects", "-o", "out", "--log-format", "json")
     assert result.exit_code == 0, result.output
@@ -122,7 +120,7 @@ def test_effects_as_json(tmp_path):
 
 
 def test_effects_and_what_they_leave_out_are_not_taken_together():
-    for option in (["--store"], ["--ladder", "slice"]):
+    for option in (["--store"], ["--series", "slice"]):
         refused = call("cost", "overhand", "--effects", *option)
         assert refused.exit_code == 3
         assert f"{option[0]}: not with --effects" in refused.stderr
@@ -130,7 +128,7 @@ def test_effects_and_what_they_leave_out_are_not_taken_together():
 
 def test_wrong_options(tmp_path):
     assert "--budget" in call("cost", "overhand", "--budget", "").stderr
-    assert call("cost", "overhand", "--ladder", "slices").exit_code == 3
+    assert call("cost", "overhand", "--series", "slices").exit_code == 3
     assert call("cost", "overhand", "--budget", "20").exit_code == 3
     assert call("cost", "overhand", "--jobs", "0").exit_code == 2
     assert call("pull", "overhand", "--accuracy", "2").exit_code == 3

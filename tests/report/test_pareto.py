@@ -9,8 +9,8 @@ from knotfem.plot.pareto import plot_pareto
 @pytest.mark.parametrize("front", [[(1.0, 0.1, 0.1), (4.0, 0.02, 0.05)], []])
 def test_picture(tmp_path, front):
     out = tmp_path / "cost.png"
-    ladders = {"slice": [(1.0, 0.1), (2.0, 0.05), (4.0, 0.02)], "step": []}
-    plot_pareto(ladders, front, out, label="force", uncertainty=0.01, title="bowline")
+    series = {"slice": [(1.0, 0.1), (2.0, 0.05), (4.0, 0.02)], "step": []}
+    plot_pareto(series, front, out, label="force", uncertainty=0.01, title="bowline")
     assert out.read_bytes().startswith(b"\x89PNG")
 
 

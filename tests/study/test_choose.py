@@ -3,13 +3,13 @@
 import pytest
 
 from knotfem.study.choose import Option, combine
-from knotfem.study.ladders import Rung, base_rung
+from knotfem.study.refinement import Level, base_level
 
-BASE = Option(base_rung(), 0.02, 1.0)
+BASE = Option(base_level(), 0.02, 1.0)
 
 
-def option(ladder: str, error: float, cost: float) -> Option:
-    return Option(Rung(f"{ladder}-1", ladder, "coarse", None, (f"{ladder}=1",)), error, cost)
+def option(series: str, error: float, cost: float) -> Option:
+    return Option(Level(f"{series}-1", series, "coarse", None, (f"{series}=1",)), error, cost)
 
 
 STEP, SLICE = option("step", 0.025, 0.6), option("slice", 0.03, 0.4)

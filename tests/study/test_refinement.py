@@ -1,4 +1,4 @@
-"""Ladders are scenes, fall in size, and differ from the scene in what they say."""
+"""Refinement series are scenes, fall in size, and differ from the scene in what they say."""
 
 import itertools
 import re
@@ -8,45 +8,49 @@ import pytest
 from knotfem.errors import InputError
 from knotfem.run.check import UNUSED
 from knotfem.scene import load_scene
-from knotfem.study.ladders import LADDERS, SIZED, base_rung, make_ladders, refines
+from knotfem.study.refinement import SERIES, SIZED, base_level, make_series, refines
 
 
 @pytest.mark.parametrize(
     ("name", "overrides"),
     [("bowline", []), ("overhand", ["model=rod"]), ("cantilever", []), ("capstan", []), ("sheet-bend", [])],
 )
-def test_every_rung_is_a_scene_of_its_own(name, overrides):
+def test_every_level_is_a_scene_of_its_own(name, overrides):
     base = load_scene(name, overrides)
-    rungs = [rung for rungs in make_ladders(base).values() for rung in rungs]
-    assert len({rung.name for rung in rungs}) == len(rungs)
-    scenes = [load_scene(name, [*overrides, *rung.overrides]) for rung in rungs]
+    levels = [level for levels in make_series(base).values() for level in levels]
+    assert len({level.name for level in levels}) == len(levels)
+    scenes = [load_scene(name, [*overrides, *level.overrides]) for level in levels]
     for one, other in itertools.combinations([base, *scenes], 2):
         assert one != other
 
 
 def test_sizes_fall_and_pass_through_the_scene():
-    for name, rungs in make_ladders(load_scene("bowline")).items():
+    for name, levels in make_series(load_scene("bowline")).items():
         if name in SIZED:
-            sizes = [rung.size for rung in rungs]
+            sizes = [level.size for level in levels]
             assert sizes == sorted(sizes, reverse=True)
-            assert max(sizes) > base_rung().size > min(sizes)
+            assert max(sizes) > base_level().size > min(sizes)
 
 
-def test_scene_has_the_ladders_of_what_it_computes():
-    assert set(make_ladders(load_scene("bowline"))) == set(LADDERS)
-    free = set(make_ladders(load_scene("cantilever")))
+def test_scene_has_the_series_of_what_it_computes():
+    assert set(make_series(load_scene("bowline"))) == set(SERIES)
+    free = set(make_series(load_scene("cantilever")))
     assert not free & {"penalty", "sampling", "stick"}
     assert {"section", "slice", "step", "tolerance", "uniform"} <= free
-    slippery = make_ladders(load_scene("overhand", ["contact.friction=0.0"]))
+    slippery = make_series(load_scene("overhand", ["contact.friction=0.0"]))
     assert "stick" not in slippery
     assert "penalty" in slippery
 
 
-def test_rod_ladders_change_only_what_rods_read():
-    ladders = make_ladders(load_scene("overhand", ["model=rod"]))
-    assert not set(ladders) & {"section", "element", "penalty", "stick"}
+def test_rod_series_change_only_what_rods_read():
+    series = make_series(load_scene("overhand", ["model=rod"]))
+    assert not set(series) & {"section", "element", "penalty", "stick"}
     own = [
-        override for name, rungs in ladders.items() if name != "model" for rung in rungs for override in rung.overrides
+        override
+        for name, levels in series.items()
+        if name != "model"
+        for level in levels
+        for override in level.overrides
     ]
     keys = {re.sub(r"\.\d+", "", override.partition("=")[0]) for override in own}
     assert keys
@@ -55,9 +59,9 @@ def test_rod_ladders_change_only_what_rods_read():
 
 def test_uniform_scales_everything():
     base = load_scene("sheet-bend")
-    (rung,) = [rung for rung in make_ladders(base)["uniform"] if rung.name == "uniform-48"]
-    fine = load_scene("sheet-bend", rung.overrides)
-    assert rung.size == 0.5
+    (level,) = [level for level in make_series(base)["uniform"] if level.name == "uniform-48"]
+    fine = load_scene("sheet-bend", level.overrides)
+    assert level.size == 0.5
     assert [rod.mesh.section_elements for rod in fine.rods] == [48, 48]
     assert [rod.mesh.element_length for rod in fine.rods] == [1.0, 1.0]
     assert fine.solver.move_over_diameter == 0.25
@@ -66,13 +70,13 @@ def test_uniform_scales_everything():
     assert fine.contact.stick_over_diameter == pytest.approx(1.0 / 120.0)
 
 
-def test_rungs_refine_what_they_are_finer_than():
+def test_levels_refine_what_they_are_finer_than():
     base = load_scene("overhand")
-    ladders = make_ladders(base)
+    series = make_series(base)
 
-    def scene(ladder, size):
-        (rung,) = [rung for rung in ladders[ladder] if rung.size == size]
-        return load_scene("overhand", rung.overrides)
+    def scene(name, size):
+        (level,) = [level for level in series[name] if level.size == size]
+        return load_scene("overhand", level.overrides)
 
     assert refines(base, base)
     assert refines(scene("slice", 0.5), base)
@@ -84,10 +88,10 @@ def test_rungs_refine_what_they_are_finer_than():
     assert not refines(load_scene("overhand", ["model=rod"]), base)
 
 
-def test_ladders_by_name():
+def test_series_by_name():
     bowline = load_scene("bowline")
-    assert set(make_ladders(bowline, ["slice", "step"])) == {"slice", "step"}
+    assert set(make_series(bowline, ["slice", "step"])) == {"slice", "step"}
     with pytest.raises(InputError, match='found "slices"; expected "slice"'):
-        make_ladders(bowline, ["slices"])
-    with pytest.raises(InputError, match="no such ladder"):
-        make_ladders(load_scene("cantilever"), ["penalty"])
+        make_series(bowline, ["slices"])
+    with pytest.raises(InputError, match="no such refinement series"):
+        make_series(load_scene("cantilever"), ["penalty"])

@@ -4,23 +4,23 @@ import numpy as np
 import pytest
 
 from knotfem.scene import load_scene
-from knotfem.study.campaign import Outcome
 from knotfem.study.closed_forms import ClosedForm
-from knotfem.study.convergence import Limit
-from knotfem.study.errors_of import falling, ladder_limits, mesh_limit, references
-from knotfem.study.ladders import Rung
+from knotfem.study.extrapolation import Limit
+from knotfem.study.jobs import Outcome
 from knotfem.study.measured import Measured
+from knotfem.study.references import falling, mesh_limit, references, series_limits
+from knotfem.study.refinement import Level
 
 TRUE = np.linspace(0.5, 2.0, 7)
 
 
-def entry(ladder: str, size: float, value: np.ndarray, state="done") -> Measured:
-    rung = Rung(f"{ladder}-{size}", ladder, "", size)
+def entry(series: str, size: float, value: np.ndarray, state="done") -> Measured:
+    level = Level(f"{series}-{size}", series, "", size)
     quantities = {"force": value} if state == "done" else {}
-    return Measured(rung, load_scene("cantilever"), Outcome(state), quantities, size=size)
+    return Measured(level, load_scene("cantilever"), Outcome(state), quantities, size=size)
 
 
-def ladders() -> dict[str, list[Measured]]:
+def refinements() -> dict[str, list[Measured]]:
     def solution(slices: float, step: float) -> np.ndarray:
         return TRUE * (1.0 + 0.03 * slices**2) + 0.02 * step
 
@@ -32,8 +32,8 @@ def ladders() -> dict[str, list[Measured]]:
     }
 
 
-def test_orders_of_single_ladders_and_their_sum():
-    limits = ladder_limits(ladders(), "force")
+def test_orders_of_single_series_and_their_sum():
+    limits = series_limits(refinements(), "force")
     assert limits["slice"].order == pytest.approx(2.0)
     assert limits["step"].order == pytest.approx(1.0)
     base = TRUE * 1.03 + 0.02
@@ -46,7 +46,7 @@ def test_orders_of_single_ladders_and_their_sum():
 
 def test_least_uncertain_reference_comes_first():
     sure = Limit(TRUE, 0.001, 2.0, "asymptotic")
-    unsure = Limit(TRUE + 1.0, 0.5, None, "two rungs only")
+    unsure = Limit(TRUE + 1.0, 0.5, None, "two levels only")
     assert "refined at once" in references("force", TRUE, {"uniform": sure, "slice": unsure})[0].source
     assert "added up" in references("force", TRUE, {"uniform": unsure, "slice": sure})[0].source
     theory = ClosedForm("sag", 2.0, 0.01, "elastica")
@@ -63,14 +63,14 @@ def test_sum_without_the_limit_of_a_choice_is_no_bound():
     assert part.source == "limits of slice added up; lacks section, step"
     (whole,) = references("force", TRUE, dict.fromkeys(needed, sure), needed=needed)
     assert (whole.lacks, whole.uncertainty < 0.01) == ((), True)
-    unsure = Limit(TRUE, 0.5, None, "two rungs only")
+    unsure = Limit(TRUE, 0.5, None, "two levels only")
     assert "refined at once" in references("force", TRUE, {"slice": sure, "uniform": unsure}, needed=needed)[0].source
     theory = ClosedForm("force", 2.0, 0.05, "capstan")
     assert references("force", TRUE, {"slice": sure}, theory, needed)[0].source == "capstan"
 
 
 def test_limit_of_the_mesh_needs_section_and_slice():
-    limits = ladder_limits(ladders(), "force")
+    limits = series_limits(refinements(), "force")
     base = TRUE * 1.03 + 0.02
     assert mesh_limit(base, limits) is None
     section = Limit(base - 0.1, 0.01, None, "")
@@ -84,14 +84,14 @@ def test_no_overlap_is_the_exact_penetration():
     assert (exact.error(np.array([0.02])), exact.uncertainty) == (0.02, 0.0)
 
 
-def test_no_rungs_no_reference():
+def test_no_levels_no_reference():
     assert references("force", TRUE, {}) == []
 
 
 def test_falling_leaves_out_what_is_not_done_and_equal_sizes():
-    rungs = [entry("step", 0.5, TRUE), entry("step", 2.0, TRUE), entry("step", 1.0, TRUE, "failed")]
+    levels = [entry("step", 0.5, TRUE), entry("step", 2.0, TRUE), entry("step", 1.0, TRUE, "failed")]
     same = entry("step", 0.5 * (1.0 - 1e-9), TRUE + 1.0)
-    assert falling([*rungs, same])[1].size == pytest.approx(0.5)
-    assert len(falling([*rungs, same])) == 2
+    assert falling([*levels, same])[1].size == pytest.approx(0.5)
+    assert len(falling([*levels, same])) == 2
     nearly = entry("step", 2.1, TRUE)
-    assert [e.size for e in falling([nearly, *rungs])] == [2.0, 0.5]
+    assert [e.size for e in falling([nearly, *levels])] == [2.0, 0.5]

@@ -1,7 +1,8 @@
-"""Runs the rungs of a cost table in processes of their own: cheapest first, within a budget, resumable."""
+"""Runs of variants of a scene in processes of their own: cheapest first, within a budget, resumable."""
 
 from __future__ import annotations
 
+import logging
 import os
 import signal
 import statistics
@@ -15,16 +16,18 @@ from typing import Literal
 
 from knotfem.errors import InputError, Interrupted, KnotfemError, KnotLost, NotConverged, Stopped
 from knotfem.run.directory import RunDirectory
+from knotfem.run.expected import START_SECONDS, expected_memory_mb, expected_seconds
 from knotfem.run.stop import StopRequest
 from knotfem.scene.model import Scene
-from knotfem.study.expect import START_SECONDS, expected_memory, expected_seconds
-from knotfem.study.ladders import BASE, Rung
+from knotfem.study.refinement import BASE, Level
 
+LOG = logging.getLogger("knotfem")
 State = Literal["done", "failed", "stopped", "left out"]
 POLL = 0.1
 """Seconds between looks at the processes."""
 WORKER = (sys.executable, "-m", "knotfem.study.worker")
-LOG = "worker.log"
+OUTPUT = "worker.log"
+"""What the process of a run prints."""
 STOPPED = (Stopped.exit_code, Interrupted.exit_code, -signal.SIGTERM, -signal.SIGINT)
 """Exit codes of processes that were asked to stop, also before they could write a checkpoint."""
 FAILURES = {kind.exit_code: kind for kind in (InputError, NotConverged, KnotLost)}
@@ -34,7 +37,7 @@ THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a rung.
+    """What became of a run.
 
     Attributes:
         state: "done"; "failed", which is a result; "stopped" with a checkpoint; "left out" by the budget.
@@ -48,56 +51,56 @@ class Outcome:
 
 
 @dataclass(eq=False)
-class Campaign:
-    """Rungs of one scene in one folder.
+class Jobs:
+    """Runs of the refinement levels of one scene, in one folder.
 
     Args:
         folder: run directories go to its subfolder runs.
-        scene_of: the scene of a rung.
-        jobs: processes at a time.
+        scene_of: the scene of a level.
+        processes: at a time.
         threads: of each process.
         deadline: on the clock of `time.monotonic`, or none.
         tell: told what starts, ends and is left out.
     """
 
     folder: Path
-    scene_of: Callable[[Rung], Scene]
-    jobs: int
+    scene_of: Callable[[Level], Scene]
+    processes: int
     threads: int
     deadline: float = float("inf")
-    tell: Callable[[str], None] = print
+    tell: Callable[[str], None] = LOG.info
     outcomes: dict[str, Outcome] = field(default_factory=dict)
     _pace: list[float] = field(default_factory=list)
 
-    def run_of(self, rung: Rung) -> RunDirectory:
-        """The run directory of a rung, there or not."""
-        return RunDirectory(self.folder / "runs" / rung.name)
+    def run_of(self, level: Level) -> RunDirectory:
+        """The run directory of a level, there or not."""
+        return RunDirectory(self.folder / "runs" / level.name)
 
-    def take(self, rungs: Sequence[Rung]) -> None:
-        """Bring rungs to an outcome; those that have one in the folder keep it.
+    def run(self, levels: Sequence[Level]) -> None:
+        """Bring levels to an outcome; those that have one in the folder keep it.
 
         Raises:
             Stopped: by SIGTERM. Checkpoints are written.
             Interrupted: by Ctrl-C, likewise.
             InputError: a folder holds a run of another scene.
         """
-        waiting = [rung for rung in rungs if self._possible(rung) and not self._known(rung)]
-        waiting.sort(key=lambda rung: (rung.name != BASE, expected_seconds(self.scene_of(rung)), rung.name))
-        working: dict[str, tuple[Rung, subprocess.Popen[bytes], float]] = {}
+        waiting = [level for level in levels if self._possible(level) and not self._known(level)]
+        waiting.sort(key=lambda level: (level.name != BASE, process_seconds(self.scene_of(level)), level.name))
+        working: dict[str, tuple[Level, subprocess.Popen[bytes], float]] = {}
         with StopRequest() as stop:
             try:
                 while waiting or working:
                     if stop.due:
                         raise stop.error()
-                    while waiting and len(working) < self.jobs and not (working and self._crowded(waiting[0])):
-                        rung = waiting.pop(0)
-                        if self._fits(rung):
-                            working[rung.name] = (rung, self._start(rung), time.monotonic())
+                    while waiting and len(working) < self.processes and not (working and self._crowded(waiting[0])):
+                        level = waiting.pop(0)
+                        if self._fits(level):
+                            working[level.name] = (level, self._start(level), time.monotonic())
                     time.sleep(POLL)
-                    for name, (rung, process, began) in list(working.items()):
+                    for name, (level, process, began) in list(working.items()):
                         if process.poll() is not None:
                             del working[name]
-                            self._ended(rung, process.returncode, time.monotonic() - began)
+                            self._ended(level, process.returncode, time.monotonic() - began)
             except (Stopped, Interrupted) as error:
                 raise type(error)("stopped; checkpoints are written, the same command goes on") from None
             finally:
@@ -106,21 +109,21 @@ class Campaign:
                 for _, process, _ in working.values():
                     process.wait()
 
-    def _possible(self, rung: Rung) -> bool:
-        """Whether a rung is a scene; a refused one has failed, the base passes the refusal on."""
+    def _possible(self, level: Level) -> bool:
+        """Whether a level is a valid scene; one that is not has failed, and for the base the error is raised."""
         try:
-            self.scene_of(rung)
+            self.scene_of(level)
         except InputError as error:
-            if rung.name == BASE:
+            if level.name == BASE:
                 raise
-            self.outcomes[rung.name] = Outcome("failed", str(error), error.exit_code)
+            self.outcomes[level.name] = Outcome("failed", str(error), error.exit_code)
             return False
         return True
 
-    def _known(self, rung: Rung) -> bool:
-        """Whether the folder holds an outcome of a rung already."""
-        run, scene = self.run_of(rung), self.scene_of(rung)
-        if rung.name in self.outcomes and self.outcomes[rung.name].state in ("done", "failed"):
+    def _known(self, level: Level) -> bool:
+        """Whether the folder holds an outcome of a level already."""
+        run, scene = self.run_of(level), self.scene_of(level)
+        if level.name in self.outcomes and self.outcomes[level.name].state in ("done", "failed"):
             return True
         if not RunDirectory.is_run(run.path):
             return False
@@ -132,66 +135,71 @@ class Campaign:
         code = int(state.get("exit_code", NotConverged.exit_code)) if state["state"] == "failed" else 0
         if code and code not in FAILURES:
             return False
-        self.outcomes[rung.name] = Outcome(state["state"], str(state.get("reason", "")), code)
+        self.outcomes[level.name] = Outcome(state["state"], str(state.get("reason", "")), code)
         if state["state"] == "done":
             self._learn(scene, START_SECONDS + _spent(run))
-        self.tell(f"{rung.name}: {state['state']} already")
+        self.tell(f"{level.name}: {state['state']} already")
         return True
 
-    def _fits(self, rung: Rung) -> bool:
+    def _fits(self, level: Level) -> bool:
         left = self.deadline - time.monotonic()
-        needed = self.expected(rung)
+        needed = self.expected(level)
         hopeless = BASE in self.outcomes and self.outcomes[BASE].state == "failed"
-        if rung.name == BASE or (needed <= left and not hopeless):
-            self.tell(f"{rung.name}: started, about {needed / 60.0:.1f} min ({rung.setting})")
+        if level.name == BASE or (needed <= left and not hopeless):
+            self.tell(f"{level.name}: started, about {needed / 60.0:.1f} min ({level.setting})")
             return True
         reason = (
             "the scene itself fails"
             if hopeless
             else f"needs about {needed / 60.0:.1f} min, {max(left, 0.0) / 60.0:.1f} min are left of the budget"
         )
-        self.outcomes[rung.name] = Outcome("left out", reason)
-        self.tell(f"{rung.name}: left out, {reason}")
+        self.outcomes[level.name] = Outcome("left out", reason)
+        self.tell(f"{level.name}: left out, {reason}")
         return False
 
-    def _crowded(self, rung: Rung) -> bool:
-        """Whether a rung has to wait until others have given their memory back."""
+    def _crowded(self, level: Level) -> bool:
+        """Whether a level has to wait until others have given their memory back."""
         import psutil
 
-        return expected_memory(self.scene_of(rung)) > psutil.virtual_memory().available / 1e6
+        return expected_memory_mb(self.scene_of(level)) > psutil.virtual_memory().available / 1e6
 
-    def expected(self, rung: Rung) -> float:
-        """Wall seconds that a rung still needs, by the pace of those that are done."""
-        needed = expected_seconds(self.scene_of(rung)) * (statistics.median(self._pace) if self._pace else 1.0)
-        return max(needed - _spent(self.run_of(rung)), 0.1 * needed)
+    def expected(self, level: Level) -> float:
+        """Wall seconds that a level still needs, by the pace of those that are done."""
+        needed = process_seconds(self.scene_of(level)) * (statistics.median(self._pace) if self._pace else 1.0)
+        return max(needed - _spent(self.run_of(level)), 0.1 * needed)
 
-    def _start(self, rung: Rung) -> subprocess.Popen[bytes]:
-        run, scene = self.run_of(rung), self.scene_of(rung)
+    def _start(self, level: Level) -> subprocess.Popen[bytes]:
+        run, scene = self.run_of(level), self.scene_of(level)
         if not RunDirectory.is_run(run.path):
             RunDirectory.create(scene, run.path)
         command = [*WORKER, str(run.path)]
         if self.deadline < float("inf"):
             command.append(f"{max(self.deadline - time.monotonic(), 1.0):.1f}")
         environment = {**os.environ, **dict.fromkeys(THREADS, str(self.threads))}
-        with (run.path / LOG).open("ab") as log:
+        with (run.path / OUTPUT).open("ab") as log:
             return subprocess.Popen(command, stdout=log, stderr=log, env=environment)
 
-    def _ended(self, rung: Rung, code: int, seconds: float) -> None:
-        run = self.run_of(rung)
+    def _ended(self, level: Level, code: int, seconds: float) -> None:
+        run = self.run_of(level)
         reason = str(run.read_status().get("reason", "")) if (run.path / "status.json").exists() else ""
         if code == 0:
-            self.outcomes[rung.name] = Outcome("done")
+            self.outcomes[level.name] = Outcome("done")
             self._learn(run.scene, START_SECONDS + _spent(run))
         elif code in STOPPED:
-            self.outcomes[rung.name] = Outcome("stopped", "out of time or asked to; the same command goes on")
+            self.outcomes[level.name] = Outcome("stopped", "out of time or asked to; the same command goes on")
         else:
-            crashed = f"the process ended with {code}, see {run.path / LOG}; the same command tries again"
-            self.outcomes[rung.name] = Outcome("failed", reason if reason and code in FAILURES else crashed, code)
-        outcome = self.outcomes[rung.name]
-        self.tell(f"{rung.name}: {outcome.state} after {seconds:.0f} s" + (f", {outcome.reason}" if code else ""))
+            crashed = f"the process ended with {code}, see {run.path / OUTPUT}; the same command tries again"
+            self.outcomes[level.name] = Outcome("failed", reason if reason and code in FAILURES else crashed, code)
+        outcome = self.outcomes[level.name]
+        self.tell(f"{level.name}: {outcome.state} after {seconds:.0f} s" + (f", {outcome.reason}" if code else ""))
 
     def _learn(self, scene: Scene, seconds: float) -> None:
-        self._pace.append(seconds / expected_seconds(scene))
+        self._pace.append(seconds / process_seconds(scene))
+
+
+def process_seconds(scene: Scene) -> float:
+    """Expected wall time of a process that runs a scene [s]."""
+    return START_SECONDS + expected_seconds(scene)
 
 
 def _physics(scene: Scene) -> Scene:

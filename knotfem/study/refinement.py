@@ -1,4 +1,4 @@
-"""Ladders: the choices of a scene that trade accuracy for time, each with rungs from coarse to fine."""
+"""Refinement series: each changes one choice of a scene that trades accuracy for time, level by level."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from knotfem.errors import InputError
 from knotfem.names import suggestion
 from knotfem.scene.elements import ORDERS
 from knotfem.scene.model import Scene
-from knotfem.study.likeness import frictions_of
+from knotfem.study.similarity import frictions_of
 
 BASE = "base"
-"""Name of the rung that is the scene as it is; every ladder passes through it."""
+"""Name of the level that is the scene as it is; every series passes through it."""
 SECTIONS = (4, 12, 28, 48, 108)
-"""Cross-sections of the ladders; 12, 48 and 108 are each other's refinements."""
+"""Cross-sections of the series; 12, 48 and 108 are each other's refinements."""
 QUADRATIC = ((5, 4.0), (5, 2.0), (12, 4.0))
 """Elements of the cross-section and slices, in units of the scene's own, of quadratic elements."""
 SIZES = {
@@ -27,55 +27,56 @@ SIZES = {
     "sampling": (2.0, 0.5),
     "stick": (2.0, 0.5),
 }
-"""Rungs of the ladders of one number, in units of the scene's own; errors fall with them."""
-LADDERS = ("section", *SIZES, "uniform", "element", "model", "chosen")
-"""All ladders; the sizes of the last three say nothing, and the last follows from what the others come to."""
-SIZED = LADDERS[:-3]
+"""Refinement levels of the series that change one number, in units of the scene's own; errors fall with them."""
+SERIES = ("section", *SIZES, "uniform", "element", "model", "chosen")
+"""All refinement series; the levels of the last three have no sizes, and the last combines levels of the others."""
+SIZED = SERIES[:-3]
+"""Those whose levels have sizes."""
 
 
 @dataclass(frozen=True)
-class Rung:
-    """One run of a ladder.
+class Level:
+    """A refinement level: one run of a series.
 
     Attributes:
         name: of its run directory.
-        ladder: one of `LADDERS`; BASE for the scene as it is.
+        series: one of `SERIES`; BASE for the scene as it is.
         setting: what differs from the scene, for people.
-        size: what the error falls with, in units of the scene's own; None where sizes say nothing.
+        size: what the error falls with, in units of the scene's own; None where there is no such size.
         overrides: as for `load_scene`.
     """
 
     name: str
-    ladder: str
+    series: str
     setting: str
     size: float | None
     overrides: tuple[str, ...] = ()
 
 
-def base_rung() -> Rung:
+def base_level() -> Level:
     """The scene as it is."""
-    return Rung(BASE, BASE, "the scene as it is", 1.0)
+    return Level(BASE, BASE, "the scene as it is", 1.0)
 
 
-def make_ladders(scene: Scene, names: Sequence[str] = ()) -> dict[str, list[Rung]]:
-    """Rungs by ladder, from coarse to fine, without the base that they share.
+def make_series(scene: Scene, names: Sequence[str] = ()) -> dict[str, list[Level]]:
+    """Levels by series, from coarse to fine, without the base that they share.
 
     Args:
         scene: as it is.
-        names: of the ladders wanted; all that the scene has by default.
+        names: of the series wanted; all that the scene has by default.
 
     Raises:
-        InputError: no such ladder, or the scene does not have it.
+        InputError: no such series, or the scene does not have it.
     """
-    every = {name: rungs for name in LADDERS if (rungs := _ladder(name, scene)) or name == "chosen"}
+    every = {name: levels for name in SERIES if (levels := _levels(name, scene)) or name == "chosen"}
     for name in names:
-        if name not in LADDERS:
-            raise InputError(
-                "no such ladder", key="--ladder", found=f'"{name}"', expected=suggestion(name, list(LADDERS))
-            )
+        if name not in SERIES:
+            expected = suggestion(name, list(SERIES))
+            raise InputError("no such refinement series", key="--series", found=f'"{name}"', expected=expected)
         if name not in every:
-            raise InputError("the scene has no such ladder", key="--ladder", found=name, expected=", ".join(every))
-    return {name: rungs for name, rungs in every.items() if name in (names or every)}
+            expected = ", ".join(every)
+            raise InputError("the scene has no such refinement series", key="--series", found=name, expected=expected)
+    return {name: levels for name, levels in every.items() if name in (names or every)}
 
 
 def refines(fine: Scene, coarse: Scene) -> bool:
@@ -93,7 +94,8 @@ def _sizes(scene: Scene) -> tuple[float, ...]:
     )  # fmt: skip
 
 
-def _ladder(name: str, scene: Scene) -> list[Rung]:
+def _levels(name: str, scene: Scene) -> list[Level]:
+    """Levels of a series; none where the scene does not have it."""
     solid, contact = scene.model == "fem", scene.contact.enabled
     if name == "section":
         return [_section(scene, n) for n in _sections(scene)] if solid else []
@@ -103,7 +105,7 @@ def _ladder(name: str, scene: Scene) -> list[Rung]:
         return _elements(scene) if solid else []
     if name == "model":
         other = "rod" if solid else "fem"
-        return [Rung(f"model-{other}", name, f"model {other}", None, (f"model={other}",))]
+        return [Level(f"model-{other}", name, f"model {other}", None, (f"model={other}",))]
     has = {
         "penalty": contact and solid,
         "sampling": contact,
@@ -114,7 +116,7 @@ def _ladder(name: str, scene: Scene) -> list[Rung]:
         return []
     change = _CHANGES[name]
     return [
-        Rung(f"{name}-x{size:g}", name, _says(change(scene, size)), size, change(scene, size)) for size in SIZES[name]
+        Level(f"{name}-x{size:g}", name, _says(change(scene, size)), size, change(scene, size)) for size in SIZES[name]
     ]
 
 
@@ -124,18 +126,16 @@ def _sections(scene: Scene) -> list[int]:
     return [n for n in SECTIONS if n in known and not 0.8 < math.sqrt(own / n) < 1.2]
 
 
-def _section(scene: Scene, count: int) -> Rung:
+def _section(scene: Scene, count: int) -> Level:
     size = math.sqrt(scene.rods[0].mesh.section_elements / count)
     overrides = tuple(f"rods.{i}.mesh.section_elements={count}" for i in range(len(scene.rods)))
-    return Rung(f"section-{count}", "section", f"{count} elements", size, overrides)
+    return Level(f"section-{count}", "section", f"{count} elements", size, overrides)
 
 
 def _slice(scene: Scene, size: float) -> tuple[str, ...]:
-    return tuple(f"rods.{i}.mesh.element_length={size * rod.mesh.element_length!r} mm" for i, rod in _numbered(scene))
-
-
-def _numbered(scene: Scene):
-    return enumerate(scene.rods)
+    return tuple(
+        f"rods.{i}.mesh.element_length={size * rod.mesh.element_length!r} mm" for i, rod in enumerate(scene.rods)
+    )
 
 
 _CHANGES: dict[str, Callable[[Scene, float], tuple[str, ...]]] = {
@@ -150,36 +150,36 @@ _CHANGES: dict[str, Callable[[Scene, float], tuple[str, ...]]] = {
 }
 
 
-def _uniform(scene: Scene) -> list[Rung]:
+def _uniform(scene: Scene) -> list[Level]:
     """Everything refined at once: sizes and steps with t, the penalty with 1/t, the tolerance with t^2."""
     if scene.model == "fem":
         own = scene.rods[0].mesh.section_elements
-        levels = [(f"uniform-{n}", math.sqrt(own / n), _section(scene, n).overrides) for n in _sections(scene)]
+        sizes = [(f"uniform-{n}", math.sqrt(own / n), _section(scene, n).overrides) for n in _sections(scene)]
     else:
-        levels = [(f"uniform-x{t:g}", t, ()) for t in (4.0, 2.0, 0.5, 0.25)]
-    rungs = []
-    for name, t, overrides in levels:
-        for ladder, change in _CHANGES.items():
-            if _ladder(ladder, scene):
-                overrides = (*overrides, *change(scene, t**2 if ladder == "tolerance" else t))
-        rungs.append(Rung(name, "uniform", f"all sizes x {t:.3g}", t, overrides))
-    return rungs
+        sizes = [(f"uniform-x{t:g}", t, ()) for t in (4.0, 2.0, 0.5, 0.25)]
+    levels = []
+    for name, t, overrides in sizes:
+        for series, change in _CHANGES.items():
+            if _levels(series, scene):
+                overrides = (*overrides, *change(scene, t**2 if series == "tolerance" else t))
+        levels.append(Level(name, "uniform", f"all sizes x {t:.3g}", t, overrides))
+    return levels
 
 
-def _elements(scene: Scene) -> list[Rung]:
+def _elements(scene: Scene) -> list[Level]:
     """Every other element on the scene's mesh and all on a coarser one; quadratic ones on meshes of far fewer."""
     own = scene.rods[0].mesh
     coarser = [n for n in SECTIONS if n < own.section_elements]
-    rungs = []
+    levels = []
     for name in ORDERS:
-        chosen = tuple(f"rods.{i}.mesh.element={name}" for i, _ in _numbered(scene))
+        chosen = tuple(f"rods.{i}.mesh.element={name}" for i in range(len(scene.rods)))
         if name != own.element:
-            rungs.append(Rung(f"element-{name}", "element", name, None, chosen))
+            levels.append(Level(f"element-{name}", "element", name, None, chosen))
         for count, size in QUADRATIC if ORDERS[name] == 2 else [(n, 2.0) for n in coarser[-1:]]:
             overrides = (*chosen, *_section(scene, count).overrides, *_slice(scene, size))
             setting = f"{name}, {count} elements, slices x {size:g}"
-            rungs.append(Rung(f"element-{name}-{count}-x{size:g}", "element", setting, None, overrides))
-    return rungs
+            levels.append(Level(f"element-{name}-{count}-x{size:g}", "element", setting, None, overrides))
+    return levels
 
 
 def _says(overrides: Sequence[str]) -> str:

@@ -3,17 +3,17 @@
 import pytest
 from manufactured import write_run
 
-from knotfem.models.registry import REGISTRY
+from knotfem.models.effects import EFFECTS
 from knotfem.scene import load_scene
-from knotfem.study.ladders import Rung, base_rung
-from knotfem.study.study import make_campaign
+from knotfem.study.convergence import make_jobs
+from knotfem.study.refinement import Level, base_level
 from knotfem.study.switches import SWITCHES, effects_of, effects_rows, effects_table, run_effects
 
 PAIRS = 'contact.pairs=[{between=["rod","rod"], friction=0.5}, {between=["rod","cylinder"], friction=0.2}]'
 
 
-def test_every_registered_effect_but_loads_has_a_switch():
-    assert {entry.name for entry in REGISTRY} - set(SWITCHES) == {"load"}
+def test_every_effect_but_loads_has_a_switch():
+    assert {effect.name for effect in EFFECTS} - set(SWITCHES) == {"load"}
 
 
 @pytest.mark.parametrize(
@@ -40,20 +40,20 @@ def test_switched_off_is_absent_and_the_rest_stays(scene, overrides):
 
 
 def test_costs_and_changes(tmp_path):
-    campaign = make_campaign("overhand", (), tmp_path, budget=None, jobs=1, tell=lambda text: None)
-    base = campaign.scene_of(base_rung())
-    write_run(campaign.run_of(base_rung()), base)
+    jobs = make_jobs("overhand", (), tmp_path, budget=None, processes=1, tell=lambda text: None)
+    base = jobs.scene_of(base_level())
+    write_run(jobs.run_of(base_level()), base)
     for name in effects_of(base):
-        rung = Rung(f"without-{name}", "effects", "", None, tuple(SWITCHES[name](base)))
+        level = Level(f"without-{name}", "effects", "", None, tuple(SWITCHES[name](base)))
         write_run(
-            campaign.run_of(rung),
-            campaign.scene_of(rung),
+            jobs.run_of(level),
+            jobs.scene_of(level),
             state="failed" if name == "contact" else "done",
             reason="lost",
         )
-    study = run_effects("overhand", (), tmp_path, budget=None, jobs=1, tell=lambda text: None)
+    study = run_effects("overhand", (), tmp_path, budget=None, processes=1, tell=lambda text: None)
     assert set(study.without) == {"core", "drag", "contact", "friction"}
-    assert study.share("contact") == pytest.approx(0.15)
+    assert study.fraction("contact") == pytest.approx(0.15)
     assert study.saved("core") == pytest.approx(0.0)
     assert study.change("core", "force") == 0.0
     states = {row["effect"]: row["state"] for row in effects_rows(study)}

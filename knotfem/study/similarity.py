@@ -1,4 +1,4 @@
-"""How alike scenes are: their class, and the figures in which scenes of one class differ."""
+"""Similarity of scenes: their class, and the figures in which scenes of one class differ."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from knotfem.scene.model import Scene
 from knotfem.scene.steps import Pull
 
 NEAR = 2.5
-"""Distance of strands, in diameters, below which a rod that is laid along its centreline is a knot."""
+"""Distance of strands, in diameters, below which a rod along this centreline is a knot."""
 
 
 def class_of(scene: Scene) -> str:

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from knotfem.study.convergence import extrapolate, observed_order, pareto_front, rms
+from knotfem.study.extrapolation import extrapolate, observed_order, pareto_front, rms
 
 refinements = st.lists(st.floats(1.3, 3.0), min_size=2, max_size=4)
 
@@ -40,7 +40,7 @@ def test_limit_does_not_depend_on_the_unit_of_size(ratios, order):
     h = sizes_of(ratios)
     values = (2.0 + h**order + 0.01 * h ** (order + 1.0))[:, None]
     one, other = extrapolate(h, values), extrapolate(1e3 * h, values)
-    assert one.verdict == other.verdict
+    assert one.behaviour == other.behaviour
     assert one.value == pytest.approx(other.value, rel=1e-6)
 
 
@@ -58,7 +58,7 @@ def test_limit_does_not_depend_on_the_unit_of_size(ratios, order):
 def test_sequences_without_an_order_are_said_to_have_none(values, why, uncertainty):
     limit = extrapolate(np.array([4.0, 2.0, 1.0]), np.array(values)[:, None])
     assert not limit.asymptotic
-    assert why in limit.verdict
+    assert why in limit.behaviour
     assert limit.value[0] == values[-1]
     assert limit.uncertainty == pytest.approx(uncertainty)
 
@@ -70,13 +70,13 @@ def test_limit_without_an_order_is_uncertain_by_what_first_order_leaves_of_the_l
 
 def test_curves_that_change_in_unlike_ways_have_no_order():
     values = np.array([[1.0, 0.0, 0.0], [0.0, 0.5, 0.0], [0.0, 0.0, 0.2]])
-    assert "back and forth" in extrapolate(np.array([4.0, 2.0, 1.0]), values).verdict
+    assert "back and forth" in extrapolate(np.array([4.0, 2.0, 1.0]), values).behaviour
 
 
 def test_changes_below_the_floor_are_no_effect():
     values = 1.0 + 1e-7 * np.array([[1.0], [-1.0], [0.5]])
     limit = extrapolate(np.array([4.0, 2.0, 1.0]), values, floor=1e-6)
-    assert (limit.verdict, limit.order) == ("no effect", None)
+    assert (limit.behaviour, limit.order) == ("no effect", None)
     assert limit.uncertainty == pytest.approx(2e-7)
 
 

@@ -8,9 +8,9 @@ import pytest
 from knotfem.errors import InputError
 from knotfem.scene import load_scene, scene_to_toml
 from knotfem.study import accuracy, records
-from knotfem.study.accuracy import accurate_overrides, parse_share, recommended
-from knotfem.study.likeness import class_of
+from knotfem.study.accuracy import accurate_overrides, parse_fraction, recommended
 from knotfem.study.records import Record, Setting, store, stored, user_file
+from knotfem.study.similarity import class_of
 
 COARSE = Setting(
     "slice-x2",
@@ -30,8 +30,8 @@ COARSE = Setting(
     0.125,
     1 / 60,
 )
-FINE = replace(COARSE, rung="uniform-48", error=0.006, cpu_s=900.0, section_elements=48, element_length=1 / 6)
-REDUCED = replace(COARSE, rung="model-rod", error=0.03, cpu_s=2.0, model="rod")
+FINE = replace(COARSE, level="uniform-48", error=0.006, cpu_s=900.0, section_elements=48, element_length=1 / 6)
+REDUCED = replace(COARSE, level="model-rod", error=0.03, cpu_s=2.0, model="rod")
 
 
 def record(
@@ -51,15 +51,15 @@ def only_these(monkeypatch: pytest.MonkeyPatch, tmp_path) -> None:
     monkeypatch.setattr(accuracy, "stored", lambda: [BOWLINE])
 
 
-@pytest.mark.parametrize(("text", "share"), [("2%", 0.02), (" 0.5 % ", 0.005), ("0.01", 0.01), ("1e-3", 0.001)])
-def test_shares(text, share):
-    assert parse_share(text) == pytest.approx(share)
+@pytest.mark.parametrize(("text", "fraction"), [("2%", 0.02), (" 0.5 % ", 0.005), ("0.01", 0.01), ("1e-3", 0.001)])
+def test_fractions(text, fraction):
+    assert parse_fraction(text) == pytest.approx(fraction)
 
 
 @pytest.mark.parametrize("text", ["2", "0%", "-1%", "two", "", "5 mm", "nan", "1e%e"])
-def test_no_shares(text):
+def test_no_fractions(text):
     with pytest.raises(InputError, match="not an accuracy"):
-        parse_share(text)
+        parse_fraction(text)
 
 
 def test_classes():
@@ -126,7 +126,7 @@ def test_settings_are_applied_and_recorded():
     assert scene.rods[0].mesh.element_length == pytest.approx(1.0)
     assert scene.steps[1].displacement == 30.0
     assert scene.accuracy is not None
-    assert (scene.accuracy.wanted, scene.accuracy.rung, scene.accuracy.scene) == (0.02, "uniform-48", "bowline")
+    assert (scene.accuracy.wanted, scene.accuracy.level, scene.accuracy.scene) == (0.02, "uniform-48", "bowline")
     assert scene.accuracy.measured == pytest.approx(0.011)
     assert says.startswith(
         "2.00% in the force: settings of uniform-48 (model fem, backward-euler, element hex8, "
@@ -217,6 +217,24 @@ def test_damaged_store_is_refused():
     path.write_text(json.dumps({"measured": [{**asdict(BOWLINE), "window": 1.0, "surprise": 2}]}))
     with pytest.raises(InputError, match="no recommendations"):
         stored()
+
+
+def test_store_of_an_older_version_can_be_read():
+    path = user_file()
+    path.parent.mkdir(parents=True)
+    older = asdict(BOWLINE)
+    for setting in older["settings"]:
+        setting["rung"] = setting.pop("level")
+    path.write_text(json.dumps({"measured": [older]}))
+    assert stored()[0] == BOWLINE
+
+
+def test_scene_of_an_older_version_can_be_read(tmp_path):
+    scene = load_scene("bowline", accurate_overrides("bowline", [], "5%")[0])
+    text = scene_to_toml(scene)
+    assert '\nlevel = "slice-x2"\n' in text
+    (tmp_path / "scene.toml").write_text(text.replace('\nlevel = "', '\nrung = "'))
+    assert load_scene(tmp_path / "scene.toml") == scene
 
 
 def test_shipped_records_can_be_read():
