@@ -139,6 +139,7 @@ class Recorder:
 
     def checkpoint(self) -> RunCheckpoint:
         """All that is needed to go on."""
+        self._add_rest()
         return RunCheckpoint(self.simulation.checkpoint(), self.summary.state(), self.rows())
 
     def rows(self) -> dict[str, int]:
@@ -165,11 +166,17 @@ class Recorder:
 
     def finish(self) -> dict[str, Any]:
         """Figures of the run so far."""
+        self._add_rest()
         if self.simulation.knots_before is not None:
             self.summary.knots(self.simulation.knots_before, self.simulation.knots())
         if self._series is not None:
             self._series.close()
         return self.summary.finished(self.simulation.balance.energies)
+
+    def _add_rest(self) -> None:
+        """Add what the present phase took since the last event, such as a time step that was not accepted."""
+        self.summary.add_system(self.simulation.system)
+        self.summary.add_time(self.simulation.phase)
 
     def _increment(self, increment: Increment) -> None:
         self.mapping_times.append(increment.mapping_time)

@@ -135,6 +135,7 @@ class Simulation:
         knots_before: that the steps set out from.
         mapped: whether the mapping is through.
         paths: mapping of each rod, once it has begun.
+        system: equations of the scene's step that is under way, or None.
         linear_solver: name of the one that is used.
     """
 
@@ -165,7 +166,7 @@ class Simulation:
         self.paths: list[CentrelinePath] = []
         self._started_at: list[np.ndarray] | None = None
         self._underway: Underway | None = None
-        self._system: System | None = None
+        self.system: System | None = None
 
     @property
     def wanted(self) -> tuple[Step, ...]:
@@ -202,7 +203,7 @@ class Simulation:
         while self.next_step < len(self.wanted):
             step = self.wanted[self.next_step]
             yield from self._take(step)
-            self._underway, self._system = None, None
+            self._underway, self.system = None, None
             self.next_step += 1
             yield PhaseDone(step.name, self.next_step == len(self.scene.tying_steps))
 
@@ -224,7 +225,7 @@ class Simulation:
         self.phase = step.name
         underway = resumed or self._begun(step)
         equations = self.model.equations(step, underway.origin, underway.before)
-        system = self._system = equations.system
+        system = self.system = equations.system
         if resumed is None:
             adapted = self.model.adapted(self.state, equations)
             underway = replace(underway, now=replace(underway.now, state=adapted))
@@ -334,6 +335,9 @@ class Simulation:
             step = self.scene.steps[self.next_step]
             origin = _restored_state(underway["origin"])
             self._underway = Underway(step, origin, underway["before"], now, underway["keys"])
+            self.phase = step.name
+        elif self.next_step > 0:
+            self.phase = self.scene.steps[self.next_step - 1].name
 
 
 def _stored_state(state: State) -> dict[str, Any]:

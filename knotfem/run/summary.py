@@ -33,7 +33,7 @@ class Summary:
     def __init__(self, model: Model) -> None:
         self.model = model
         self._diameter = model.diameter
-        self._since = (0.0, 0.0)
+        self._since: tuple[float, float] | None = None
         self._seen_clock: dict[str, tuple[float, float]] = {}
         self._seen_counts = (0, 0)
         self._system: System | None = None
@@ -68,10 +68,11 @@ class Summary:
         self._since = time.perf_counter(), time.process_time()
 
     def add_time(self, phase: str) -> None:
-        """Add what a phase took since the last call."""
-        now, (wall, cpu) = (time.perf_counter(), time.process_time()), self._since
-        _add(self.figures["phases"].setdefault(phase, _nothing()), now[0] - wall, now[1] - cpu)
-        self._since = now
+        """Add what a phase took since the last call; nothing before `begin`."""
+        now, since = (time.perf_counter(), time.process_time()), self._since
+        if since is not None:
+            _add(self.figures["phases"].setdefault(phase, _nothing()), now[0] - since[0], now[1] - since[1])
+            self._since = now
 
     @contextmanager
     def output(self) -> Iterator[None]:
