@@ -19,13 +19,24 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from rod_common import rest, rubber, table, torus_knot, touching, unrest
+from rod_common import YOUNGS, Phase, rubber, table
 from scipy.interpolate import CubicSpline
 
-from knotfem.models.rod.ends import End, pinned
-from knotfem.models.rod.model import RodModel
-from knotfem.solver.stepping.integrator import StepControl
-from knotfem.terms.inertia import Drag
+from knotfem.contact.collect import contact_report
+from knotfem.contact.curve_pairs import hertz_line_stiffness
+from knotfem.contact.report import ContactReport
+from knotfem.geometry.curve import interpolate
+from knotfem.geometry.resample import equal_chords
+from knotfem.models.rod.assembly import DiscreteRods
+from knotfem.models.rod.spec import ContactSpec
+from knotfem.solver.constraints import driven, held
+from knotfem.solver.nonlinear.line_search import Armijo
+from knotfem.solver.nonlinear.newton import Newton
+from knotfem.solver.nonlinear.tolerance import ForceTolerance
+from knotfem.solver.schemes import BackwardEuler
+from knotfem.solver.stepping.controller import StepController
+from knotfem.solver.term import Role
+from knotfem.terms.inertia import Inertia
 
 SIGMA = {1: 0.492, 2: 1.475}
 ALONG = np.array([1.0, 0.0, 0.0])
@@ -46,7 +57,7 @@ class Frame:
         drawn: R_d, likewise.
         force: F [B/r^2].
         normal: N [B/r^2].
-        sliding: share of the contacts that slide.
+        sliding: fraction of the contact force that slides.
         drag: largest force of inertia and drag along the rod over F.
         wave: wave number of the braid [1/r].
     """
@@ -60,65 +71,99 @@ class Frame:
     wave: float
 
 
+def torus_knot(n: int, radius: float, loop: float, segments: int, length: float) -> np.ndarray:
+    """Nodes of an open (2, 2n + 1) torus knot along x: 2n + 1 half turns of two strands, a loop, straight tails."""
+    offset, turns = 1.3 * radius, 2 * n + 1
+    half = 0.8 * turns * np.sqrt(radius * loop)
+    s = np.linspace(-1.0, 1.0, 40 * turns)
+    angle = 0.5 * np.pi * (turns * (1.0 + s) - 1.0)
+    first = np.stack([half * s, offset * np.sin(angle), offset * np.cos(angle)], axis=1)
+    second = first * [1.0, -1.0, -1.0]
+    size = max(loop, 1.5 * half)
+    phi = np.linspace(0.0, 2.0 * np.pi, 60) - 0.5 * np.pi
+    circle = np.stack([size * np.cos(phi), size * (1.0 + np.sin(phi)) + offset, 0.0 * phi], axis=1)
+    circle = circle[np.hypot(circle[:, 0], circle[:, 1] - offset) > 1.2 * half]
+    tail = np.stack([np.linspace(-0.5 * length, -1.3 * half, 30), np.full(30, -offset), np.zeros(30)], axis=1)
+    curve = interpolate(np.concatenate([tail, first, circle, second, tail[::-1] * [-1.0, 1.0, 1.0]]))
+    fine = equal_chords(curve, 8 * segments).points
+    spare = int(0.5 * (len(fine) - 1 - length / np.linalg.norm(fine[1] - fine[0])))
+    return equal_chords(interpolate(fine[spare : len(fine) - spare]), segments, length).points
+
+
 def tighten(n: int, friction: float, first: float, loops: Sequence[float]) -> list[Frame]:
     """Pull a knot of r = 1 mm and loop radius `first` [mm] until that is `loops` [mm], with drag below 1 % of F."""
-    radius = 1.0
-    length = 2.0 * np.pi * first * 1.3 + 10.0 * (2 * n + 1) * np.sqrt(radius * first)
-    segments = int(RESOLUTION * length / np.sqrt(radius * loops[-1]))
-    points = torus_knot(n, radius, first, segments, length)
-    model = RodModel([rubber(points, core=200.0, radius=radius)], touching(friction, radius), drag=20.0)
-    model.begin({(0, side): pinned(model.end_frame(0, side)) for side in ("start", "end")})
-    rest(model, 10.0, 1e-4)
-    for effect in model.effects:
-        if isinstance(effect, Drag):
-            effect.rate = 0.2
-    scale = model.rods[0].bending / radius**2
+    length = 2.0 * np.pi * first * 1.3 + 10.0 * (2 * n + 1) * np.sqrt(first)
+    segments = int(RESOLUTION * length / np.sqrt(loops[-1]))
+    spec = rubber(torus_knot(n, 1.0, first, segments, length), 1.0, 200.0 + YOUNGS * np.pi)
+    contact = ContactSpec(hertz_line_stiffness(YOUNGS, 0.5), friction, ramp=1.0 / 30.0, sample_spacing=0.25)
+    rods, ends = DiscreteRods([spec], contact, drag=20.0), np.array([0, segments])
+    phase = Phase(rods, rods.initial, [held(ends, rods.initial.x[ends, :3])], scheme=BackwardEuler())
+    _rest(phase, spec.bending)
     result = []
     for loop in loops:
-        speed = 8.0 * min(1.0, (30.0 / loop) ** 3)
-        start, end, since = model.x[0, :3].copy(), model.x[-1, :3].copy(), model.time
-        way = length - 2.0 * np.pi * loop - float(np.linalg.norm(end - start))
-        model.begin({(0, "start"): _carried(start, -0.5 * speed, since), (0, "end"): _carried(end, 0.5 * speed, since)})
-        move = max(4.0 * radius, 0.05 * loop)
-        control = StepControl(0.08 / speed, 1e-8, 2.0 * move / speed, move)
-        for _ in model.march(control, model.settings(1e-8 * scale), [since + way / speed]):
+        state, speed = phase.state, 8.0 * min(1.0, (30.0 / loop) ** 3)
+        place, since = state.x[ends, :3], state.time
+        way = length - 2.0 * np.pi * loop - float(np.linalg.norm(place[1] - place[0]))
+        apart = 0.5 * np.array([[-1.0], [1.0]]) * ALONG
+        pull = driven(ends, place, apart, lambda now, since=since, speed=speed: speed * (now - since))
+        phase = Phase(rods, state, [pull], scheme=BackwardEuler(), drag=0.2)
+        move = max(4.0, 0.05 * loop)
+        controller = StepController(0.08 / speed, 1e-8, 2.0 * move / speed, move)
+        for _ in phase.steps(controller, _newton(1e-8 * spec.bending), since + way / speed):
             pass
-        result.append(_frame(model, scale))
+        result.append(_frame(rods, phase, spec.bending))
     return result
 
 
-def _carried(place: np.ndarray, speed: float, since: float) -> End:
-    return End(place=lambda time: place + speed * (time - since) * ALONG)
+def _newton(tolerance: float) -> Newton:
+    """In units of a rod of r = 1 mm."""
+    return Newton(tolerance=ForceTolerance.of(tolerance), line_search=Armijo(whole_below=0.01), largest_move=0.5)
 
 
-def _frame(model: RodModel, scale: float) -> Frame:
-    force = 0.5 * (model.reaction(0, "end") - model.reaction(0, "start"))[0]
-    c, h, radius = model.contacts(), model.layout.spacing[0], model.layout.radius[0]
+def _rest(phase: Phase, bending: float) -> None:
+    """Wait until inertia and drag carry less than 1e-4 B/r^2 and hardly anything moves, ten seconds at most."""
+    for step in phase.steps(StepController(0.01, 1e-8, 10.0, 1.0), _newton(1e-6 * bending), 10.0):
+        (inertia,) = (term for term in phase.system.terms if isinstance(term, Inertia))
+        elastic = sum(term.energy(step.state.x) for term in phase.system.having(Role.ELASTIC))
+        if _dynamic(phase) < 1e-4 * bending and inertia.kinetic_energy(step.state.v) < 1e-6 * elastic:
+            return
+
+
+def _dynamic(phase: Phase) -> float:
+    """Largest running sum of inertia and drag along the rod [N]."""
+    forces, roles = phase.system.forces(phase.state.x), (Role.INERTIA, Role.RESISTANCE)
+    moving = [forces[label] for label, term in phase.system.labels.items() if term.role in roles]
+    return phase.sections.largest_sum(np.sum(moving, axis=0))
+
+
+def _frame(rods: DiscreteRods, phase: Phase, scale: float) -> Frame:
+    x, c, h = phase.state.x, contact_report(rods.terms), rods.layout.spacing[0]
+    along = phase.system.residual(x)[[0, -1], 0]
+    force = 0.5 * (along[1] - along[0])
     middle = 0.5 * (c.arclength.min() + c.arclength.max())
     before, after = c.arclength[c.arclength < middle].max(), c.arclength[c.arclength > middle].min()
-    curvature = model.bend.curvature(model.x)[int(before / h) + 1 : int(after / h) - 1].mean()
-    drawn = h * model.layout.edges.size - float(np.linalg.norm(model.x[-1, :3] - model.x[0, :3]))
+    curvature = rods.bend.curvature(x)[int(before / h) + 1 : int(after / h) - 1].mean()
+    drawn = h * rods.layout.edges.size - float(np.linalg.norm(x[-1, :3] - x[0, :3]))
     sliding = float(c.normal_force[c.slides].sum() / c.normal_force.sum())
     return Frame(
-        1.0 / (curvature * radius),
-        drawn / (2.0 * np.pi * radius),
+        1.0 / curvature,
+        drawn / (2.0 * np.pi),
         force / scale,
         c.normal_force.sum() / scale,
         sliding,
-        unrest(model) / force,
-        _wave_number(model) * radius,
+        _dynamic(phase) / force,
+        _wave_number(c, x[:, :3], h),
     )
 
 
-def _wave_number(model: RodModel) -> float:
+def _wave_number(c: ContactReport, x: np.ndarray, h: float) -> float:
     """How fast the two strands turn about each other [1/mm], in the middle half of the braid."""
-    c, x = model.contacts(), model.x[:, :3]
     first = c.arclength < c.other_arclength
     here, there = c.arclength[first], c.other_arclength[first]
     chosen = np.abs(here - 0.5 * (here.min() + here.max())) < 0.25 * np.ptp(here)
     order = np.argsort(here[chosen])
     here, there = here[chosen][order], there[chosen][order]
-    curve = CubicSpline(model.layout.spacing[0] * np.arange(len(x)), x)
+    curve = CubicSpline(h * np.arange(len(x)), x)
     across, axis = _unit(curve(there) - curve(here)), _unit(curve(here, 1) + curve(there, 1))
     way = np.linalg.norm(np.diff(0.5 * (curve(here) + curve(there)), axis=0), axis=1)
     turned = np.einsum("ij,ij->i", np.cross(across[:-1], across[1:]), 0.5 * (axis[:-1] + axis[1:]))
