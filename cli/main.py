@@ -10,7 +10,9 @@ import click
 
 import knotfem
 
-VERBS = ("scenes", "check", "tie", "pull", "tension", "resume", "render", "compare", "cost", "verify", "doctor")
+VERBS = (
+    "scenes", "check", "tie", "pull", "tension", "resume", "render", "export", "compare", "cost", "verify", "doctor",
+)  # fmt: skip
 
 
 class Verbs(click.Group):

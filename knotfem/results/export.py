@@ -1,0 +1,129 @@
+"""A stored state of a run for other programs: mesh, fields, sets, and a deck that CalculiX runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from knotfem.errors import InputError
+from knotfem.mesh.deck import Solid, Springs, deck
+from knotfem.mesh.export import Block, ExportMesh, rod_blocks, rod_sets, write_mesh
+from knotfem.mesh.rod import RodMesh
+from knotfem.models.solid.body import mesh_of
+from knotfem.results.fields import StateFields
+from knotfem.results.run import Run
+from knotfem.results.states import RunState
+from knotfem.scene.model import Scene
+from knotfem.scene.rods import Rod
+
+AXIAL = ("tension", "curvature", "twist", "arclength", "rod")
+"""Fields of the rod model that are the same all around a section; of others the largest value is taken."""
+
+
+def export(
+    source: Run | RunState, path: str | Path, at: float | str | None = None, *, reference: bool = False
+) -> RunState:
+    """Write the rods in a stored state as a mesh of the kind that the suffix names.
+
+    Hexahedra have the groups `bulk` and `core`, the node sets `start`, `end` and `axis`, and (in `.msh`) the surfaces
+    `start_face`, `end_face` and `side`; discrete rods are lines, the group `beam`, with the same node sets. Of several
+    rods each name begins with that of its rod. Fields are those of the time series and `displacement`; see
+    `knotfem.mesh.export.write_mesh` for what each format takes.
+
+    A `.inp` file of hexahedra is a deck of one static step: with `reference` the straight rod, whose ends are carried
+    to where they are in the state; without it the deformed mesh, free of stress, with its ends held.
+
+    Args:
+        source: a run, or one of its states.
+        path: file with the suffix .inp, .msh, .vtu or .xdmf.
+        at: stored displacement of a run, [mm] or such as "60 mm", the nearest is taken; None for the last state.
+        reference: write the straight rods instead of the deformed ones; fields are still those of the state.
+
+    Returns:
+        The state that was written.
+
+    Raises:
+        InputError: no such state or format, or the file cannot be written.
+    """
+    state = source.state(at) if isinstance(source, Run) else source
+    fields, scene = state.fields, state.scene
+    made = _lines(fields, scene, reference) if scene.model == "rod" else _hexahedra(fields, scene, reference)
+    write_mesh(made, path)
+    return state
+
+
+def _hexahedra(fields: StateFields, scene: Scene, reference: bool) -> ExportMesh:
+    blocks: list[Block] = []
+    sets: dict[str, np.ndarray] = {}
+    materials: list[Solid | Springs] = []
+    held: list[str] = []
+    moved: dict[int, np.ndarray] = {}
+    displacement = fields.points - fields.reference
+    first = cell = 0
+    for rod in scene.rods:
+        mesh, prefix = mesh_of(rod), _prefix(rod, scene)
+        own = {name: values[cell : cell + len(mesh.hexes)] for name, values in fields.cell_data.items()}
+        blocks += _with_fields(mesh, rod_blocks(mesh, first, prefix=prefix), own, rod.core is not None)
+        sets |= rod_sets(mesh, first, prefix=prefix)
+        materials += _materials(rod, mesh, prefix)
+        held.append(f"{prefix}start")
+        if reference:
+            ends = np.concatenate([mesh.section_nodes[0], mesh.section_nodes[-1]]) + first
+            moved |= {int(node): displacement[node] for node in ends}
+        else:
+            held.append(f"{prefix}end")
+        first, cell = first + len(mesh.nodes), cell + len(mesh.hexes)
+    if first != len(fields.points):
+        raise InputError(
+            "the stored mesh is not that of the scene", found=f"{len(fields.points)} points", expected=f"{first} points"
+        )
+    cards = deck(materials, [] if reference else held, [moved] if reference else [])
+    points = fields.reference if reference else fields.points
+    return ExportMesh(points, blocks, {**fields.point_data, "displacement": displacement}, sets, cards)
+
+
+def _with_fields(mesh: RodMesh, blocks: list[Block], cells: dict[str, np.ndarray], core: bool) -> list[Block]:
+    """The hexahedra with their fields, the core with the tension of its slices, the surfaces as they are."""
+    bulk, line, *surfaces = blocks
+    parts = len(mesh.bricks) // len(mesh.hexes)
+    data = {name: np.repeat(values, parts, axis=0) for name, values in cells.items()}
+    found = [Block(bulk.group, bulk.kind, bulk.cells, bulk.abaqus, data)]
+    if core:
+        slices = {}
+        if "tension" in cells:
+            slices["tension"] = np.repeat(cells["tension"][:: len(mesh.section.quads)], mesh.span)
+        found.append(Block(line.group, line.kind, line.cells, line.abaqus, slices))
+    return found + surfaces
+
+
+def _materials(rod: Rod, mesh: RodMesh, prefix: str) -> list[Solid | Springs]:
+    law = rod.material
+    found: list[Solid | Springs] = [Solid(f"{prefix}bulk", law.shear_modulus, law.bulk_modulus, law.density)]
+    if rod.core is not None:
+        found.append(Springs(f"{prefix}core", rod.core.axial_stiffness / mesh.element_length))
+    return found
+
+
+def _lines(fields: StateFields, scene: Scene, reference: bool) -> ExportMesh:
+    """Centrelines of the tubes of the rod model, with the fields around each section brought to it."""
+    counts = [rod.slices + 1 for rod in scene.rods]
+    around = len(fields.points) // sum(counts)
+    sections = fields.points.reshape(-1, around, 3).mean(axis=1)
+    straight = fields.reference.reshape(-1, around, 3).mean(axis=1)
+    data = {"displacement": sections - straight}
+    for name, values in fields.point_data.items():
+        if values.ndim == 1:
+            rows = values.reshape(-1, around)
+            data[name] = rows[:, 0].astype(np.float64) if name in AXIAL else rows.max(axis=1).astype(np.float64)
+    blocks, sets, first = [], {}, 0
+    for rod, count in zip(scene.rods, counts, strict=True):
+        prefix, nodes = _prefix(rod, scene), first + np.arange(count)
+        blocks.append(Block(f"{prefix}beam", "line", np.column_stack([nodes[:-1], nodes[1:]]), "B31"))
+        sets |= {f"{prefix}start": nodes[:1], f"{prefix}end": nodes[-1:], f"{prefix}axis": nodes}
+        first += count
+    return ExportMesh(straight if reference else sections, blocks, data, sets)
+
+
+def _prefix(rod: Rod, scene: Scene) -> str:
+    return f"{rod.name}_" if len(scene.rods) > 1 else ""
