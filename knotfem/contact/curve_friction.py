@@ -33,7 +33,8 @@ from knotfem.contact.curve_pairs import (
     stencil_nodes,
 )
 from knotfem.contact.law import penalty, sliding_work, spring_energy
-from knotfem.contact.material_points import Frames, FrameView, MaterialRoom, material_room
+from knotfem.contact.material_frames import Frames, FrameView
+from knotfem.contact.material_points import MaterialRoom, material_room
 from knotfem.contact.pairs import PairContact
 from knotfem.contact.samples import SampleView
 from knotfem.contact.slip import (

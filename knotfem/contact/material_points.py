@@ -19,11 +19,12 @@ With c the curve's derivative, c = |c| t, and nu spinning by w about t:
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
 from knotfem.compiled import kernel
+from knotfem.contact.material_frames import FrameView
 from knotfem.geometry.rotation import (
     angle_about,
     cross,
@@ -37,31 +38,6 @@ from knotfem.geometry.rotation import (
 
 A, B, T, NU, MU, KAB, KA0, KB0, KAT, GA, GB = range(11)
 """Rows of `MaterialRoom.V`: directions of the edges and of the curve, nu, t x nu, the four k, g_a, g_b."""
-
-
-class FrameView(NamedTuple):
-    """Frames of the segments in the accepted state, from which material points are carried.
-
-    Attributes:
-        tangent: direction of each segment, shape [nodes + clamps, 3].
-        director: material director before its rotation about the segment, shape [nodes + clamps, 3].
-        turn: relative turn at the vertex ahead of each segment [rad], shape [nodes].
-        per_radius: 1/radius at each node [1/mm], shape [nodes].
-    """
-
-    tangent: np.ndarray
-    director: np.ndarray
-    turn: np.ndarray
-    per_radius: np.ndarray
-
-
-class Frames(Protocol):
-    """Who knows the frames of the segments."""
-
-    @property
-    def material_view(self) -> FrameView:
-        """Those of the accepted state."""
-        ...
 
 
 class MaterialRoom(NamedTuple):

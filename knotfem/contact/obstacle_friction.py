@@ -15,7 +15,8 @@ from knotfem.compiled import kernel
 from knotfem.contact import material_points as material
 from knotfem.contact.curve_friction import SpringView
 from knotfem.contact.law import mobilisation, mobilisation_energy, penalty, sliding_work, spring_energy
-from knotfem.contact.material_points import Frames, FrameView, MaterialRoom, material_room
+from knotfem.contact.material_frames import Frames, FrameView
+from knotfem.contact.material_points import MaterialRoom, material_room
 from knotfem.contact.obstacle import ObstacleContact, TouchView, add_sample_block
 from knotfem.contact.samples import SampleView
 from knotfem.contact.slip import SlipRoom, contact_basis, slip_rate, slip_room, traction_of, traction_rate, trial_slip

@@ -5,12 +5,11 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from knotfem.contact.report import ContactReport
-from knotfem.contact.rigid import RigidSurface
 from knotfem.models.centreline import Centreline
 from knotfem.models.material import Material
 from knotfem.models.series import Fields, SeriesMesh
@@ -23,6 +22,9 @@ from knotfem.solver.state import State
 from knotfem.solver.system import System
 from knotfem.solver.term import Role, Term
 from knotfem.tie import CentrelinePath, make_path
+
+if TYPE_CHECKING:
+    from knotfem.contact.rigid import RigidSurface  # with compiled loops, for scenes with obstacles only
 
 Row = dict[str, float | str]
 """A line of a table."""

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from knotfem.compiled import kernel
-from knotfem.contact.material_points import FrameView
+from knotfem.contact.material_frames import FrameView
 from knotfem.geometry.rotation import angle_about, nearest_turn, transport, unit
 from knotfem.mesh.rod_layout import RodLayout
 from knotfem.solver.constraints import Clamp

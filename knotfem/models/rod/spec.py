@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knotfem.contact.rigid import RigidSurface
 from knotfem.errors import InputError
 from knotfem.geometry.finite_rotation import parallel_transport
 from knotfem.geometry.vectors import perpendicular, unit_edges
+
+if TYPE_CHECKING:
+    from knotfem.contact.rigid import RigidSurface  # with compiled loops, for scenes with obstacles only
 
 
 @dataclass(frozen=True, eq=False)
