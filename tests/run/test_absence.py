@@ -10,16 +10,14 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from knotfem.contact import tube_contact as contact_module
+import knotfem as kf
+from knotfem.contact import pairs
 from knotfem.errors import InputError
-from knotfem.models.registry import REGISTRY
-from knotfem.models.solid.assembly import Model, build_model, step_system
-from knotfem.models.solid.body import build_body
-from knotfem.run import driver
-from knotfem.run.check import check
-from knotfem.run.directory import RunDirectory
-from knotfem.run.tables import read_table
+from knotfem.models.base import Model
+from knotfem.models.build import build_model
+from knotfem.models.effects import EFFECTS
 from knotfem.scene import load_scene, scene_to_toml
+from knotfem.solver.state import Motion, State
 
 SMALL = (
     "rods.0.length=40 mm", "rods.0.mesh.section_elements=4", "rods.0.mesh.element_length=4 mm", "tie.increments=1",
@@ -53,8 +51,12 @@ ZERO = {
 """Overrides that have its table with nothing in it."""
 
 
-def model_of(*overrides: str) -> Model:
-    return build_model(build_body(load_scene("cantilever", [*BARE, *overrides])))
+def model_of(*overrides: str, model: str = "fem") -> Model:
+    return build_model(load_scene("cantilever", [*BARE, f"model={model}", *overrides]))
+
+
+def names_of(model: Model) -> list[str]:
+    return [term.name for term in model.terms]
 
 
 def held(thing: object, seen: set[int]) -> Iterator[np.ndarray]:
@@ -78,9 +80,9 @@ def held_bytes(thing: object) -> int:
     return sum(a.nbytes for a in {id(a): a for a in held(thing, set())}.values())
 
 
-@pytest.mark.parametrize("name", [registered.name for registered in REGISTRY])
+@pytest.mark.parametrize("name", [effect.name for effect in EFFECTS])
 def test_absent_effects_are_listed_with_why(name: str) -> None:
-    reason = check(load_scene("cantilever", BARE))["absent"][name]
+    reason = kf.check("cantilever", BARE)["absent"][name]
     assert len(reason) > 8
 
 
@@ -89,9 +91,9 @@ def test_a_scene_turns_each_effect_on_by_itself(name: str) -> None:
     bare, model = model_of(), model_of(*ON[name])
     assert name in bare.absent
     assert name not in model.absent
-    assert model.named(name)
-    assert set(model.absent) | {effect.name for effect in model.effects} >= {registered.name for registered in REGISTRY}
-    shown = check(load_scene("cantilever", [*BARE, *ON[name]]))
+    assert name in names_of(model)
+    assert set(model.absent) | set(names_of(model)) >= {effect.name for effect in EFFECTS}
+    shown = kf.check("cantilever", [*BARE, *ON[name]])
     assert name in shown["effects"]
     assert shown["system"] == ("unsymmetric (" + name + ")" if "friction" in name else "symmetric")
 
@@ -100,7 +102,7 @@ def test_a_scene_turns_each_effect_on_by_itself(name: str) -> None:
 def test_a_table_with_nothing_in_it_is_absence(name: str) -> None:
     model = model_of(*ZERO[name])
     assert "0" in model.absent[name]
-    assert [effect.name for effect in model.effects] == ["elasticity"]
+    assert names_of(model) == ["elasticity"]
 
 
 @pytest.mark.parametrize("name", list(ON))
@@ -117,52 +119,98 @@ def test_mass_is_made_only_for_who_asks() -> None:
     assert all("mass" in vars(model_of(*ON[name]).body) for name in ("inertia", "drag", "gravity"))
 
 
+def test_mass_of_discrete_rods_is_made_only_for_who_asks() -> None:
+    assert "mass" not in vars(model_of(model="rod").discrete)
+    assert "mass" not in vars(model_of(*ON["contact"], *ON["viscous_drag"], model="rod").discrete)
+    assert all("mass" in vars(model_of(*ON[name], model="rod").discrete) for name in ("inertia", "drag", "gravity"))
+
+
 IMPORTS = """
-from pathlib import Path
 import json, sys
-from knotfem.run import driver
-from knotfem.run.directory import RunDirectory
-from knotfem.scene import load_scene
-scene = load_scene("cantilever", json.loads(sys.argv[1]))
-driver.pull(scene, RunDirectory.create(scene, Path(sys.argv[2])))
+import knotfem as kf
+kf.pull("cantilever", json.loads(sys.argv[1]), out=sys.argv[2])
 print(json.dumps(sorted(name for name in sys.modules if name.startswith("knotfem."))))
 """
+EVERYWHERE = {"knotfem.contact.report"}
+"""Of the modules below what any run needs: the names of the columns of contacts.csv."""
+OWN = ("knotfem.contact.", "knotfem.terms.", "knotfem.models.rod.damping")
+"""Where the modules of effects are."""
+NEEDED = {
+    "core": {"knotfem.terms.axial"},
+    "internal damping": {"knotfem.models.rod.damping", "knotfem.models.rod.damping_kernels"},
+    "inertia": {"knotfem.terms.inertia"},
+    "drag": {"knotfem.terms.inertia"},
+    "gravity": {"knotfem.terms.gravity"},
+    "viscous_drag": {"knotfem.terms.viscous"},
+    "load": {"knotfem.terms.load"},
+}
+"""Modules of effects that contact has no part in."""
+RODS = {"knotfem.terms.axial", "knotfem.contact.material_frames"}
+"""What discrete rods need besides: their stretch, and the arrays of their frames."""
+BOTH_MODELS = {f"knotfem.contact.{name}" for name in ("tube", "tube_friction", "tube_pairs")}
+"""What friction on obstacles imports of the other model: its laws for both are in one file."""
+LOADED = (
+    "steps=[{kind='load', duration='0.1 s',"
+    " ends={rod={end={motion='loaded', force='1e-3 N', direction=[0,0,1], following=false}}}}]",
+)
 
 
 def imported(path: str, *overrides: str) -> set[str]:
-    """Modules that a whole run needs, in a process of its own."""
-    arguments = [sys.executable, "-c", IMPORTS, json.dumps([*BARE, "steps.0.duration=0.1 s", *overrides]), path]
+    """Modules of effects that a whole run needs, in a process of its own."""
+    short = () if overrides and overrides[-1].startswith("steps=") else ("steps.0.duration=0.1 s",)
+    arguments = [sys.executable, "-c", IMPORTS, json.dumps([*BARE, *short, *overrides]), path]
     done = subprocess.run(arguments, capture_output=True, text=True, check=True)
-    return set(json.loads(done.stdout.splitlines()[-1]))
+    found = set(json.loads(done.stdout.splitlines()[-1]))
+    assert any(name.startswith("knotfem.models.") for name in found)
+    return {name for name in found if name.startswith(OWN)} - EVERYWHERE
 
 
-def test_a_whole_run_imports_no_absent_effect(tmp_path) -> None:
-    found = imported(str(tmp_path / "bare"))
-    assert "knotfem.models.solid.elasticity" in found
-    effects = {registered.module for registered in REGISTRY}
-    assert not found & effects
-    assert not {name for name in found if name.startswith("knotfem.contact.tube_contact")}
-    assert not found & {"knotfem.contact.tube", "knotfem.contact.tube_search", "knotfem.contact.penalty"}
+@pytest.mark.parametrize(("model", "needed"), [("fem", set()), ("rod", RODS)])
+def test_a_whole_run_imports_no_absent_effect(tmp_path, model: str, needed: set[str]) -> None:
+    assert imported(str(tmp_path / "bare"), f"model={model}") == needed
+
+
+@pytest.mark.parametrize("name", ["core", "inertia", "drag", "gravity", "viscous_drag"])
+def test_a_run_imports_an_effect_that_is_there_and_no_other(tmp_path, name: str) -> None:
+    assert imported(str(tmp_path / "run"), *ON[name]) == NEEDED[name]
+
+
+@pytest.mark.parametrize(
+    ("name", "overrides"),
+    [("internal damping", ("rods.0.material.relaxation_time=0.01 s",)), ("load", LOADED), *ON.items()],
+)
+def test_a_run_of_discrete_rods_imports_an_effect_that_is_there_and_no_other(
+    tmp_path, name: str, overrides: tuple[str, ...]
+) -> None:
+    found = imported(str(tmp_path / "run"), "model=rod", *overrides) - RODS
+    if name in NEEDED:
+        assert found == NEEDED[name] - RODS
+        return
+    assert {"knotfem.contact.pairs", "knotfem.contact.curve_pairs"} <= found
+    rubs, obstacle = "friction" in name, "cylinder" in name
+    both = BOTH_MODELS if rubs and obstacle else set()
+    assert not {other for other in found - both if not other.startswith("knotfem.contact.") or "tube" in other}
+    assert ("knotfem.contact.friction" in found) == rubs
+    assert ("knotfem.contact.material_points" in found) == rubs
+    assert ("knotfem.contact.curve_friction" in found) == rubs
+    assert ("knotfem.contact.obstacle" in found) == ("knotfem.contact.rigid" in found) == obstacle
+    assert ("knotfem.contact.obstacle_friction" in found) == (rubs and obstacle)
 
 
 def test_a_run_visits_each_effect_that_is_there_and_no_other(tmp_path) -> None:
-    scene = load_scene("cantilever", [*BARE, "steps.0.duration=0.1 s", *ON["viscous_drag"], *ON["gravity"]])
-    run = RunDirectory.create(scene, tmp_path / "run")
-    driver.pull(scene, run)
-    summary = run.read_summary()
+    overrides = [*BARE, "steps.0.duration=0.1 s", *ON["viscous_drag"], *ON["gravity"]]
+    run = kf.pull("cantilever", overrides, out=tmp_path / "run")
+    summary = run.summary
     assert set(summary["effects"]) == {"elasticity", "gravity", "viscous_drag"}
-    assert set(summary["absent_effects"]) == {registered.name for registered in REGISTRY} - set(summary["effects"])
-    table = read_table(run.path / "force.csv")
+    assert set(summary["absent_effects"]) == {effect.name for effect in EFFECTS} - set(summary["effects"])
+    table = run.table("force")
     taken = table["viscous_drag_Nmm"][-1]
     assert taken > 0.0
     assert abs(table["missing_Nmm"][-1]) < 0.05 * taken
 
 
 def test_costs_of_effects_and_solver_add_up(tmp_path) -> None:
-    scene = load_scene("cantilever", [*SMALL, "steps.0.duration=1 s"])
-    run = RunDirectory.create(scene, tmp_path / "run")
-    driver.pull(scene, run)
-    summary = run.read_summary()
+    summary = kf.pull("cantilever", [*SMALL, "steps.0.duration=1 s"], out=tmp_path / "run").summary
     total = sum(phase["cpu_s"] for phase in summary["phases"].values())
     effects = summary["effects"]
     booked = sum(effect["cpu_s"] for effect in effects.values()) + sum(summary["solver_cpu_s"].values())
@@ -172,32 +220,29 @@ def test_costs_of_effects_and_solver_add_up(tmp_path) -> None:
     assert 0.5 < summary["min_jacobian"] < 1.0
 
 
-def test_nothing_is_searched_while_tying_or_without_contact(tmp_path, monkeypatch) -> None:
+def test_nothing_is_searched_while_tying_or_without_contact(monkeypatch) -> None:
     calls = {"search": 0}
-    original = contact_module.find_pairs
+    original = pairs.find_pairs
 
     def counted(*arguments) -> int:
         calls["search"] += 1
         return original(*arguments)
 
-    monkeypatch.setattr(contact_module, "find_pairs", counted)
-    straight = load_scene("cantilever", [*BARE, "steps.0.duration=0.1 s"])
-    driver.pull(straight, RunDirectory.create(straight, tmp_path / "straight"))
-    mapped = load_scene("cantilever", [*BARE, *ON["friction"], "steps=[]"])
-    driver.tie(mapped, RunDirectory.create(mapped, tmp_path / "mapped"))
+    monkeypatch.setattr(pairs, "find_pairs", counted)
+    kf.pull("cantilever", [*BARE, "steps.0.duration=0.1 s"])
+    kf.tie("cantilever", [*BARE, *ON["friction"], "steps=[]"])
     assert calls["search"] == 0
-    touching = load_scene("cantilever", [*BARE, *ON["friction"], "steps.0.duration=0.1 s"])
-    driver.pull(touching, RunDirectory.create(touching, tmp_path / "touching"))
+    kf.pull("cantilever", [*BARE, *ON["friction"], "steps.0.duration=0.1 s"])
     assert calls["search"] > 0
 
 
 @pytest.mark.parametrize("name", list(ON))
 def test_matrix_type_follows_from_the_effects(name: str) -> None:
     model = model_of(*ON[name])
-    body = model.body
-    x = np.concatenate([rod.mesh.nodes for rod in body.rods])
-    system = step_system(model, body.scene.steps[0], 0.0, x, {}, 1).system
+    origin = State.of(Motion.at_rest(np.concatenate([rod.mesh.nodes for rod in model.body.rods])), {})
+    system = model.equations(model.scene.steps[0], origin, {}).system
     assert system.symmetric is ("friction" not in name)
+    system.close()
 
 
 def test_a_registered_effect_has_a_table_in_the_scene(tmp_path) -> None:
