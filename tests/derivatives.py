@@ -76,7 +76,7 @@ def gradient_error(energy: Callable[[Array], float], force: Array, x: Array, *, 
     """Deviation of a central difference of an energy from force . d in a random direction, over |force| |d|."""
     d = np.random.default_rng(5).standard_normal(x.shape)
     slope = (energy(x + step * d) - energy(x - step * d)) / (2.0 * step)
-    return abs(slope - float(np.sum(force * d))) / (np.linalg.norm(force) * np.linalg.norm(d))
+    return abs(slope - float(np.sum(force * d))) / float(np.linalg.norm(force) * np.linalg.norm(d))
 
 
 def moments(x: Array, force: Array) -> Array:

@@ -53,7 +53,8 @@ def test_excess_is_the_worse_of_nodes_and_resultants():
     assert tolerance.excess(Imbalance(2e-5, 1e-4)) == pytest.approx(2.0)
     assert tolerance.excess(Imbalance(1e-6, 3e-4)) == pytest.approx(3.0)
     assert tolerance.excess(Imbalance()) == np.inf
-    assert ForceTolerance.of(2e-6) == ForceTolerance(2e-6, pytest.approx(2e-5))
+    assert ForceTolerance.of(2e-6).node == 2e-6
+    assert ForceTolerance.of(2e-6).resultant == pytest.approx(2e-5)
 
 
 def test_loosened_tolerance_keeps_its_proportions():

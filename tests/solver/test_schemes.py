@@ -49,7 +49,7 @@ def test_trapezoidal_rule_keeps_the_amplitude():
 @pytest.mark.parametrize("scheme", [BackwardEuler(), hht(-0.1), generalised_alpha(0.3), Scheme()])
 def test_rates_are_the_derivatives(scheme):
     rng = np.random.default_rng(0)
-    motion = Motion(*(rng.standard_normal((4, 3)) for _ in range(3)))
+    motion = Motion(*rng.standard_normal((3, 4, 3)))
     x, d = rng.standard_normal((4, 3)), rng.standard_normal((4, 3))
     for value, rate in ((scheme.velocity, scheme.velocity_rate), (scheme.acceleration, scheme.acceleration_rate)):
         np.testing.assert_allclose(
@@ -77,7 +77,7 @@ def test_step_of_no_length_moves_as_its_start(scheme):
 @pytest.mark.parametrize("scheme", [Scheme(), BackwardEuler(), hht(-0.3), generalised_alpha(0.5)])
 def test_motion_at_the_end_is_a_value_of_its_own(scheme):
     rng = np.random.default_rng(3)
-    start = Motion(*(rng.standard_normal((4, 3)) for _ in range(3)))
+    start = Motion(*rng.standard_normal((3, 4, 3)))
     kept = [array.copy() for array in (start.x, start.v, start.a)]
     x = rng.standard_normal((4, 3))
     end = scheme.motion(x, start, 0.2)

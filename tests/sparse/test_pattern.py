@@ -26,7 +26,8 @@ def filled(elements: np.ndarray, upper: bool, width: int, seed: int = 0) -> tupl
         block = rng.standard_normal((size, size))
         block = block + block.T
         assert add_blocks(matrix.view, nodes, nodes, block)
-        dense[np.ix_(nodes, range(width), nodes, range(width))] += block.reshape(nodes.size, width, nodes.size, width)
+        parts = np.arange(width)
+        dense[np.ix_(nodes, parts, nodes, parts)] += block.reshape(nodes.size, width, nodes.size, width)
     return matrix, dense.reshape(width * NODES, width * NODES)
 
 

@@ -99,7 +99,9 @@ ZERO: dict[str, Callable[[Bench], tuple[list[Term], Term]]] = {
     "load": lambda b: ([], EndForce(b.rods[0].sections[3], b.rods[0].end_weights, lambda time: np.zeros(3))),
     "following load": lambda b: (
         [],
-        FollowingForce(b.rods[0].sections[3], b.rods[0].end_weights, *b.rods[0].axis[[2, 3]], lambda time: 0.0),
+        FollowingForce(
+            b.rods[0].sections[3], b.rods[0].end_weights, b.rods[0].axis[2], b.rods[0].axis[3], lambda time: 0.0
+        ),
     ),
     "contact": lambda b: ([], PairContact(b.surface, b.samples, replace(LAW, stiffness=0.0))),
     "friction": lambda b: ([b.contact], b.friction(0.0)),

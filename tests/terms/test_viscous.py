@@ -124,7 +124,7 @@ def test_falling_rod_reaches_its_terminal_velocity(angle):
     across = np.array([np.cos(angle), 0.0, -np.sin(angle)])
     expected = -weight * (np.cos(angle) / TANGENTIAL * along - np.sin(angle) / NORMAL * across)
     found = fallen(angle, 1.0, 0.02)
-    np.testing.assert_allclose(found, expected, rtol=2e-3, atol=1e-3 * np.linalg.norm(expected))
+    np.testing.assert_allclose(found, expected, rtol=2e-3, atol=1e-3 * float(np.linalg.norm(expected)))
 
 
 def test_way_to_the_terminal_velocity_is_exponential():
