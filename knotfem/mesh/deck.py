@@ -16,6 +16,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+TURN = np.radians(15.0)
+"""Largest rotation of an end within one step: the displacements of a step grow in proportion, which shrinks a section
+that turns."""
+
 
 @dataclass(frozen=True)
 class Solid:
@@ -93,3 +97,39 @@ def deck(
             + f"{output}*END STEP\n"
         )
     return "".join(material.cards for material in materials) + f"*BOUNDARY\n{fixed}" + "".join(steps)
+
+
+def rigid_motion(points: np.ndarray, moved: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The rotation, shape [3, 3], and the centres before and after, of the rigid motion nearest to a motion (Kabsch).
+
+    Args:
+        points: before, shape [n, 3].
+        moved: after, shape [n, 3].
+    """
+    before, after = points.mean(axis=0), moved.mean(axis=0)
+    u, _, vt = np.linalg.svd((moved - after).T @ (points - before))
+    u[:, 2] *= np.sign(np.linalg.det(u @ vt))
+    return u @ vt, before, after
+
+
+def carried(points: np.ndarray, moved: np.ndarray) -> list[np.ndarray]:
+    """Places of a section at the end of each stage of a motion in which no stage turns it by more than `TURN`.
+
+    The centre moves on a straight line, the section turns about a fixed axis, and what is left of the motion, the
+    section's own deformation, grows in proportion.
+
+    Args:
+        points: before, shape [n, 3].
+        moved: after, shape [n, 3].
+    """
+    from scipy.spatial.transform import Rotation
+
+    matrix, before, after = rigid_motion(points, moved)
+    vector = Rotation.from_matrix(matrix).as_rotvec()
+    own = (moved - after) @ matrix - (points - before)
+    count = max(1, int(np.ceil(np.linalg.norm(vector) / TURN - 1e-9)))
+    stages = []
+    for part in np.arange(1, count + 1) / count:
+        turn = Rotation.from_rotvec(part * vector).as_matrix()
+        stages.append(before + part * (after - before) + (points - before + part * own) @ turn.T)
+    return stages

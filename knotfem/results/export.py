@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from knotfem.errors import InputError
-from knotfem.mesh.deck import Solid, Springs, deck
+from knotfem.mesh.deck import Solid, Springs, carried, deck, rigid_motion
 from knotfem.mesh.export import Block, ExportMesh, rod_blocks, rod_sets, write_mesh
 from knotfem.mesh.rod import RodMesh
 from knotfem.models.solid.body import mesh_of
@@ -31,8 +32,9 @@ def export(
     rods each name begins with that of its rod. Fields are those of the time series and `displacement`; see
     `knotfem.mesh.export.write_mesh` for what each format takes.
 
-    A `.inp` file of hexahedra is a deck of one static step: with `reference` the straight rod, whose ends are carried
-    to where they are in the state; without it the deformed mesh, free of stress, with its ends held.
+    A `.inp` file of hexahedra is a deck of static steps: with `reference` the straight rod, laid so that its start is
+    where it is in the state, and its end is carried from there to where that is; without it the deformed mesh, free of
+    stress, with its ends held.
 
     Args:
         source: a run, or one of its states.
@@ -48,7 +50,12 @@ def export(
     """
     state = source.state(at) if isinstance(source, Run) else source
     fields, scene = state.fields, state.scene
-    made = _lines(fields, scene, reference) if scene.model == "rod" else _hexahedra(fields, scene, reference)
+    if scene.model == "rod":
+        made = _lines(fields, scene, reference)
+    else:
+        made = _hexahedra(fields, scene, reference)
+        if Path(path).suffix.lower() == ".inp":
+            made = _with_deck(made, fields, scene, reference)
     write_mesh(made, path)
     return state
 
@@ -56,9 +63,6 @@ def export(
 def _hexahedra(fields: StateFields, scene: Scene, reference: bool) -> ExportMesh:
     blocks: list[Block] = []
     sets: dict[str, np.ndarray] = {}
-    materials: list[Solid | Springs] = []
-    held: list[str] = []
-    moved: dict[int, np.ndarray] = {}
     displacement = fields.points - fields.reference
     first = cell = 0
     for rod in scene.rods:
@@ -66,21 +70,37 @@ def _hexahedra(fields: StateFields, scene: Scene, reference: bool) -> ExportMesh
         own = {name: values[cell : cell + len(mesh.hexes)] for name, values in fields.cell_data.items()}
         blocks += _with_fields(mesh, rod_blocks(mesh, first, prefix=prefix), own, rod.core is not None)
         sets |= rod_sets(mesh, first, prefix=prefix)
-        materials += _materials(rod, mesh, prefix)
-        held.append(f"{prefix}start")
-        if reference:
-            ends = np.concatenate([mesh.section_nodes[0], mesh.section_nodes[-1]]) + first
-            moved |= {int(node): displacement[node] for node in ends}
-        else:
-            held.append(f"{prefix}end")
         first, cell = first + len(mesh.nodes), cell + len(mesh.hexes)
     if first != len(fields.points):
         raise InputError(
             "the stored mesh is not that of the scene", found=f"{len(fields.points)} points", expected=f"{first} points"
         )
-    cards = deck(materials, [] if reference else held, [moved] if reference else [])
     points = fields.reference if reference else fields.points
-    return ExportMesh(points, blocks, {**fields.point_data, "displacement": displacement}, sets, cards)
+    return ExportMesh(points, blocks, {**fields.point_data, "displacement": displacement}, sets)
+
+
+def _with_deck(made: ExportMesh, fields: StateFields, scene: Scene, reference: bool) -> ExportMesh:
+    """With the cards of a deck; straight rods are laid to where they start."""
+    materials: list[Solid | Springs] = []
+    held: list[str] = []
+    points, paths, first = made.points.copy(), [], 0
+    for rod in scene.rods:
+        mesh, prefix = mesh_of(rod), _prefix(rod, scene)
+        materials += _materials(rod, mesh, prefix)
+        held += [f"{prefix}start"] if reference else [f"{prefix}start", f"{prefix}end"]
+        if reference:
+            own = slice(first, first + len(mesh.nodes))
+            start, end = mesh.section_nodes[[0, -1]] + first
+            rotation, before, after = rigid_motion(points[start], fields.points[start])
+            points[own] = after + (points[own] - before) @ rotation.T
+            paths.append((end, carried(points[end], fields.points[end])))
+        first += len(mesh.nodes)
+    stages: list[dict[int, np.ndarray]] = [{} for _ in range(max((len(path) for _, path in paths), default=0))]
+    for end, path in paths:
+        for number, stage in enumerate(stages):
+            places = path[min(number, len(path) - 1)]
+            stage |= {int(node): place - points[node] for node, place in zip(end, places, strict=True)}
+    return replace(made, points=points, cards=deck(materials, held, stages))
 
 
 def _with_fields(mesh: RodMesh, blocks: list[Block], cells: dict[str, np.ndarray], core: bool) -> list[Block]:

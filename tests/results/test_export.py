@@ -79,13 +79,18 @@ def test_discrete_rods_are_lines_with_what_they_carry(rod, tmp_path):
 
 def test_decks_carry_the_ends_or_hold_them(solid, tmp_path):
     state = export(solid, tmp_path / "straight.inp", reference=True)
+    rod = mesh_of_run(solid)
     text = (tmp_path / "straight.inp").read_text()
     assert "*HYPERELASTIC, NEO HOOKE" in text
     assert "*SPRING, ELSET=core" in text
-    node = int(mesh_of_run(solid).section_nodes[-1, 0])
-    moved = state.fields.points[node] - state.fields.reference[node]
-    line = next(line for line in text.split("*STATIC")[1].splitlines() if line.startswith(f"{node + 1}, 3, 3"))
-    assert float(line.split(",")[3]) == pytest.approx(moved[2], rel=1e-10)
+    rows = [line.split(",") for line in text.partition("*ELEMENT")[0].splitlines() if line[:1].isdigit()]
+    points = np.array([[float(x) for x in row[1:]] for row in rows])
+    np.testing.assert_allclose(points[rod.section_nodes[0]], state.fields.points[rod.section_nodes[0]], atol=1e-9)
+    np.testing.assert_allclose(np.linalg.norm(np.diff(points[rod.axis_nodes], axis=0), axis=1), rod.element_length)
+    node = int(rod.section_nodes[-1, 0])
+    moved = [line.split(",") for line in text.split("*STATIC")[-1].splitlines() if line.startswith(f"{node + 1}, ")]
+    reached = points[node] + [float(row[3]) for row in moved]
+    np.testing.assert_allclose(reached, state.fields.points[node], atol=1e-9)
     export(solid, tmp_path / "bent.inp")
     assert "start, 1, 3\nend, 1, 3\n" in (tmp_path / "bent.inp").read_text()
 
