@@ -137,28 +137,19 @@ OWN = ("knotfem.contact.", "knotfem.terms.", "knotfem.models.rod.damping")
 """Where the modules of effects are."""
 NEEDED = {
     "core": {"knotfem.terms.axial"},
-    "internal damping": {"knotfem.models.rod.damping", "knotfem.models.rod.damping_kernels"},
     "inertia": {"knotfem.terms.inertia"},
     "drag": {"knotfem.terms.inertia"},
     "gravity": {"knotfem.terms.gravity"},
     "viscous_drag": {"knotfem.terms.viscous"},
-    "load": {"knotfem.terms.load"},
 }
 """Modules of effects that contact has no part in."""
 RODS = {"knotfem.terms.axial", "knotfem.contact.material_frames"}
 """What discrete rods need besides: their stretch, and the arrays of their frames."""
-BOTH_MODELS = {f"knotfem.contact.{name}" for name in ("tube", "tube_friction", "tube_pairs")}
-"""What friction on obstacles imports of the other model: its laws for both are in one file."""
-LOADED = (
-    "steps=[{kind='load', duration='0.1 s',"
-    " ends={rod={end={motion='loaded', force='1e-3 N', direction=[0,0,1], following=false}}}}]",
-)
 
 
 def imported(path: str, *overrides: str) -> set[str]:
     """Modules of effects that a whole run needs, in a process of its own."""
-    short = () if overrides and overrides[-1].startswith("steps=") else ("steps.0.duration=0.1 s",)
-    arguments = [sys.executable, "-c", IMPORTS, json.dumps([*BARE, *short, *overrides]), path]
+    arguments = [sys.executable, "-c", IMPORTS, json.dumps([*BARE, "steps.0.duration=0.1 s", *overrides]), path]
     done = subprocess.run(arguments, capture_output=True, text=True, check=True)
     found = set(json.loads(done.stdout.splitlines()[-1]))
     assert any(name.startswith("knotfem.models.") for name in found)
@@ -173,28 +164,6 @@ def test_a_whole_run_imports_no_absent_effect(tmp_path, model: str, needed: set[
 @pytest.mark.parametrize("name", ["core", "inertia", "drag", "gravity", "viscous_drag"])
 def test_a_run_imports_an_effect_that_is_there_and_no_other(tmp_path, name: str) -> None:
     assert imported(str(tmp_path / "run"), *ON[name]) == NEEDED[name]
-
-
-@pytest.mark.parametrize(
-    ("name", "overrides"),
-    [("internal damping", ("rods.0.material.relaxation_time=0.01 s",)), ("load", LOADED), *ON.items()],
-)
-def test_a_run_of_discrete_rods_imports_an_effect_that_is_there_and_no_other(
-    tmp_path, name: str, overrides: tuple[str, ...]
-) -> None:
-    found = imported(str(tmp_path / "run"), "model=rod", *overrides) - RODS
-    if name in NEEDED:
-        assert found == NEEDED[name] - RODS
-        return
-    assert {"knotfem.contact.pairs", "knotfem.contact.curve_pairs"} <= found
-    rubs, obstacle = "friction" in name, "cylinder" in name
-    both = BOTH_MODELS if rubs and obstacle else set()
-    assert not {other for other in found - both if not other.startswith("knotfem.contact.") or "tube" in other}
-    assert ("knotfem.contact.friction" in found) == rubs
-    assert ("knotfem.contact.material_points" in found) == rubs
-    assert ("knotfem.contact.curve_friction" in found) == rubs
-    assert ("knotfem.contact.obstacle" in found) == ("knotfem.contact.rigid" in found) == obstacle
-    assert ("knotfem.contact.obstacle_friction" in found) == (rubs and obstacle)
 
 
 def test_a_run_visits_each_effect_that_is_there_and_no_other(tmp_path) -> None:

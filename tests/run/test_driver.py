@@ -7,14 +7,15 @@ import json
 import numpy as np
 import pytest
 
-from knotfem.errors import InputError, KnotLost, NotConverged, Stopped
-from knotfem.results.profile import tension
-from knotfem.run import driver
+from knotfem.errors import InputError, Interrupted, KnotLost, NotConverged, Stopped
+from knotfem.plot.auto import RunFigures
+from knotfem.results.data import open_run
 from knotfem.run.directory import RunDirectory
-from knotfem.run.monitor import KnotWatch
+from knotfem.run.driver import Driver, drive, goal_of
+from knotfem.run.monitor import KnotMonitor
 from knotfem.run.stop import StopRequest
 from knotfem.run.tables import read_table
-from knotfem.scene import load_scene
+from knotfem.scene import Scene, load_scene
 
 COARSE = (
     "rods.0.length=400 mm",
@@ -30,6 +31,20 @@ COARSE = (
 MODELS = ("fem", "rod")
 
 
+def tie(scene: Scene, run: RunDirectory) -> None:
+    drive(scene, run, "tie")
+
+
+def pull(scene: Scene, run: RunDirectory) -> None:
+    drive(scene, run, "pull")
+
+
+def resume(path) -> None:
+    """Go on with a run that another process might have left."""
+    run = RunDirectory.open(path)
+    drive(run.scene, run, goal_of(run))
+
+
 def coarse(*overrides: str, scene: str = "overhand"):
     return load_scene(scene, [*COARSE, *overrides])
 
@@ -38,7 +53,7 @@ def coarse(*overrides: str, scene: str = "overhand"):
 def pulled(request, tmp_path_factory) -> RunDirectory:
     scene = coarse(f"model={request.param}")
     run = RunDirectory.create(scene, tmp_path_factory.mktemp("driver") / "run")
-    driver.pull(scene, run)
+    drive(scene, run, "pull", figures=RunFigures())
     return run
 
 
@@ -70,7 +85,7 @@ def test_force_rises_and_balances(pulled):
 
 
 def test_tension_equals_the_applied_force_at_the_ends(pulled):
-    profile, force = tension(pulled), read_table(pulled.path / "force.csv")["force_N"][-1]
+    profile, force = open_run(pulled.path).tension().table, read_table(pulled.path / "force.csv")["force_N"][-1]
     assert profile["tension_N"][0] == pytest.approx(force, rel=2e-3)
     apart = np.abs(profile["core_N"] + profile["bulk_N"] - profile["tension_N"])
     assert np.median(apart) < 0.01 * force
@@ -83,11 +98,11 @@ def test_contacts_lie_on_the_rod_and_rub_within_their_limit(pulled):
     for column in ("arclength_mm", "other_arclength_mm"):
         assert np.all((found[column] > 20.0) & (found[column] < 380.0))
     assert np.all(np.abs(found["arclength_mm"] - found["other_arclength_mm"]) > 9.0)
-    share = found["friction_force_N"] / (0.33 * found["normal_force_N"])
-    assert share.max() < 1.0 + 1e-6
+    mobilised = found["friction_force_N"] / (0.33 * found["normal_force_N"])
+    assert mobilised.max() < 1.0 + 1e-6
     slips = found["state"] == "slips"
     assert 0 < slips.sum() < slips.size
-    assert np.all(share[slips] > 0.998)
+    assert np.all(mobilised[slips] > 0.998)
     assert set(found["other"]) == {"rod"}
 
 
@@ -110,9 +125,9 @@ def stopped_halfway(scene, path, whole: RunDirectory, monkeypatch) -> RunDirecto
     with monkeypatch.context() as patch:
         stop_after(summary["newton_iterations"] + summary["steps"] - in_last // 2, patch)
         with pytest.raises(Stopped):
-            driver.pull(scene, run)
+            pull(scene, run)
     assert run.read_status()["state"] == "stopped"
-    driver.resume(RunDirectory.open(run.path))
+    resume(run.path)
     return run
 
 
@@ -138,7 +153,7 @@ LOADED = (
 def test_stopped_load_goes_on_to_the_same_bits(tmp_path, monkeypatch, model):
     scene = load_scene("cantilever", [f"model={model}", *LOADED])
     whole = RunDirectory.create(scene, tmp_path / "whole")
-    driver.pull(scene, whole)
+    pull(scene, whole)
     run = stopped_halfway(scene, tmp_path / "stopped", whole, monkeypatch)
     assert_same_bits(whole, run, "force.csv", "tension.csv")
 
@@ -147,9 +162,9 @@ def test_state_after_a_step_is_gone_on_from_to_the_same_bits(tmp_path):
     """From the tied knot on, in one go and in two commands."""
     scene = coarse("model=rod", "rods.0.mesh.element_length=8 mm", "steps.1.displacement=2 mm")
     once, twice = (RunDirectory.create(scene, tmp_path / name) for name in ("once", "twice"))
-    driver.pull(scene, once)
-    driver.tie(scene, twice)
-    driver.pull(scene, twice)
+    pull(scene, once)
+    tie(scene, twice)
+    pull(scene, twice)
     assert_same_bits(once, twice, "force.csv", "tension.csv", "twist.csv")
 
 
@@ -158,8 +173,8 @@ def test_paths_of_the_mapping_end_in_the_same_equilibrium(tmp_path):
     for path in ("direct", "inextensible", "linear"):
         scene = coarse(f"tie.path={path}", "tie.optimise_direction=false")
         run = RunDirectory.create(scene, tmp_path / path)
-        driver.tie(scene, run)
-        profile = tension(run)
+        tie(scene, run)
+        profile = open_run(run.path).tension().table
         ends[path] = np.stack([profile[f"{axis}_mm"] for axis in "xyz"], axis=1)
     assert np.abs(ends["inextensible"] - ends["direct"]).max() < 1e-3
     assert np.abs(ends["linear"] - ends["direct"]).max() < 1e-3
@@ -172,7 +187,7 @@ def test_hopeless_tolerance_is_a_failure_with_its_state_saved(tmp_path, model):
     )
     run = RunDirectory.create(scene, tmp_path / "run")
     with pytest.raises(NotConverged):
-        driver.tie(scene, run)
+        tie(scene, run)
     assert run.read_status()["state"] == "failed"
     assert json.loads((run.path / "provenance.json").read_text())
 
@@ -184,9 +199,9 @@ LIMP = ("contact.stiffness_over_modulus=1e-9", "contact.line_stiffness_over_hert
 def assert_lost(run: RunDirectory, message: str) -> None:
     """The run ends with a lost knot, and with the same when it is resumed."""
     with pytest.raises(KnotLost, match=message) as first:
-        driver.pull(run.scene, run)
+        pull(run.scene, run)
     with pytest.raises(KnotLost) as again:
-        driver.resume(RunDirectory.open(run.path))
+        resume(run.path)
     assert str(again.value) == str(first.value)
     assert run.read_status()["state"] == "failed"
 
@@ -197,7 +212,7 @@ def test_strand_that_passes_through_another_ends_the_run(tmp_path):
 
 
 def test_knot_that_is_lost_at_the_end_of_a_step_ends_the_run(tmp_path, monkeypatch):
-    monkeypatch.setattr(KnotWatch, "check_passage", lambda *arguments: None)
+    monkeypatch.setattr(KnotMonitor, "check_interpenetration", lambda *arguments: None)
     pull = '{kind="pull",displacement="120 mm",speed="4 mm/s",ends={rod={start={motion="driven",direction=[1,0,0]}}}}'
     scene = coarse("model=rod", *LIMP, f"steps=[{pull}]", "output.every_displacement=120 mm")
     assert_lost(RunDirectory.create(scene, tmp_path / "run"), "pull: .* come undone")
@@ -206,11 +221,11 @@ def test_knot_that_is_lost_at_the_end_of_a_step_ends_the_run(tmp_path, monkeypat
 @pytest.mark.parametrize("model", MODELS)
 def test_without_contact_no_knot_is_watched_over(tmp_path, monkeypatch, model):
     calls = []
-    monkeypatch.setattr(KnotWatch, "check_passage", lambda *arguments: calls.append("passage"))
-    monkeypatch.setattr(KnotWatch, "lost", lambda *arguments: calls.append("lost"))
+    monkeypatch.setattr(KnotMonitor, "check_interpenetration", lambda *arguments: calls.append("interpenetration"))
+    monkeypatch.setattr(KnotMonitor, "lost", lambda *arguments: calls.append("lost"))
     scene = coarse(f"model={model}", "contact.enabled=false", "steps.1.displacement=120 mm")
     run = RunDirectory.create(scene, tmp_path / "run")
-    driver.pull(scene, run)
+    pull(scene, run)
     assert not calls
     assert run.read_summary()["knot_before"] == "3_1"
 
@@ -232,12 +247,12 @@ def test_whatever_ends_a_run_is_recorded_and_raised_also_on_a_full_disk(tmp_path
     def end(self) -> None:
         raise error
 
-    monkeypatch.setattr(driver.Driver, "go", end)
-    monkeypatch.setattr(driver.Driver, "finish", full)
+    monkeypatch.setattr(Driver, "go", end)
+    monkeypatch.setattr(Driver, "finish", full)
     scene = load_scene("cantilever", LOADED)
     run = RunDirectory.create(scene, tmp_path / "run")
     with pytest.raises(type(error)) as raised:
-        driver.pull(scene, run)
+        pull(scene, run)
     assert raised.value is error
     assert run.read_status()["state"] == state
     provenance = json.loads((run.path / "provenance.json").read_text())
@@ -249,19 +264,85 @@ def test_a_finished_run_is_left_as_it_is(tmp_path):
     run = RunDirectory.create(
         coarse("model=rod", "contact.enabled=false", "steps.1.displacement=1 mm"), tmp_path / "run"
     )
-    driver.pull(run.scene, run)
+    pull(run.scene, run)
     before = {path.name: path.read_bytes() for path in run.path.iterdir() if path.is_file()}
     assert run.read_status()["phase"] == "pull"
-    driver.resume(run)
-    driver.pull(run.scene, run)
+    resume(run.path)
+    pull(run.scene, run)
     assert {path.name: path.read_bytes() for path in run.path.iterdir() if path.is_file()} == before
 
 
 def test_run_that_cannot_write_its_summary_has_failed(tmp_path, monkeypatch):
-    monkeypatch.setattr(driver.Driver, "go", lambda self: None)
-    monkeypatch.setattr(driver.Driver, "finish", full)
+    monkeypatch.setattr(Driver, "go", lambda self: None)
+    monkeypatch.setattr(Driver, "finish", full)
     scene = load_scene("cantilever", LOADED)
     run = RunDirectory.create(scene, tmp_path / "run")
     with pytest.raises(InputError, match="No space left"):
-        driver.pull(scene, run)
+        pull(scene, run)
     assert run.read_status()["state"] == "failed"
+
+
+QUICK = ("model=rod", "rods.0.mesh.element_length=8 mm", "contact.enabled=false", "steps.1.displacement=1 mm")
+
+
+def test_run_stopped_amid_the_mapping_begins_anew_to_the_same_bits(tmp_path, monkeypatch):
+    scene = coarse(*QUICK)
+    whole, run = (RunDirectory.create(scene, tmp_path / name) for name in ("whole", "stopped"))
+    pull(scene, whole)
+    with monkeypatch.context() as patch:
+        stop_after(0, patch)
+        with pytest.raises(Stopped, match="the mapping is computed anew by knotfem resume"):
+            pull(scene, run)
+    assert run.checkpoints.latest() is None
+    resume(run.path)
+    assert_same_bits(whole, run, "tie.csv", "force.csv", "tension.csv", "twist.csv")
+
+
+def test_interrupt_is_told_from_a_request_to_stop(tmp_path, monkeypatch):
+    scene = coarse(*QUICK)
+    run = RunDirectory.create(scene, tmp_path / "run")
+    stop_after(20, monkeypatch)
+    monkeypatch.setattr(StopRequest, "error", lambda self, *kept: Interrupted("interrupted"))
+    with pytest.raises(Interrupted):
+        pull(scene, run)
+    status = run.read_status()
+    assert (status["state"], status["exit_code"]) == ("stopped", 130)
+    assert run.checkpoints.latest() is not None
+
+
+@pytest.mark.parametrize("state", [{}, {"progress": {"motion": {"x": 1.0}}, "memory": {}, "outputs": {}}])
+def test_checkpoint_of_an_older_version_is_refused_and_the_tables_stay(tmp_path, state):
+    scene = coarse(*QUICK)
+    run = RunDirectory.create(scene, tmp_path / "run")
+    tie(scene, run)
+    metadata = {"goal": "pull", "next_step": 1, "inside": "pull", "rows": {"tie.csv": 1}}
+    path = run.checkpoints.save(state, metadata, name="tied")
+    before = (run.path / "tie.csv").read_bytes()
+    for go_on in (resume, lambda path: pull(run.scene, RunDirectory.open(path))):
+        with pytest.raises(InputError, match="the checkpoint is of an older version; expected a new run") as refused:
+            go_on(run.path)
+        assert refused.value.file == path
+    assert (run.path / "tie.csv").read_bytes() == before
+    assert run.read_status()["state"] == "failed"
+
+
+def test_session_that_takes_another_linear_solver_says_so(tmp_path):
+    scene = coarse(*QUICK)
+    run = RunDirectory.create(scene, tmp_path / "run")
+    tie(scene, run)
+    run.override(["solver.linear=superlu"])
+    pull(run.scene, run)
+    assert run.read_summary()["linear_solver"] == "superlu"
+    assert json.loads((run.path / "provenance.json").read_text())["linear_solver"] == "superlu"
+
+
+def test_time_of_a_step_that_was_not_accepted_counts(tmp_path):
+    scene = coarse("model=rod", "solver.force_tolerance=1e-30 N", "solver.max_iterations=30", "solver.max_cutbacks=0")
+    run = RunDirectory.create(scene, tmp_path / "run")
+    with pytest.raises(NotConverged):
+        tie(scene, run)
+    summary = run.read_summary()
+    assert summary["steps"] == 0
+    assert summary["phases"]["relax"]["cpu_s"] > 0.0
+    assert summary["effects"]["contact"]["cpu_s"] > 0.0
+    assert summary["factorisations"] > 0

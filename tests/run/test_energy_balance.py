@@ -1,14 +1,11 @@
-"""The energy account where an end is let go."""
+"""The energy balance of whole runs: where an end is let go, and what it says of schemes."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from knotfem.run import driver
-from knotfem.run.directory import RunDirectory
-from knotfem.run.tables import read_table
-from knotfem.scene import load_scene
+import knotfem as kf
 
 BENT = (
     "rods.0.centerline=capstan_half", "rods.0.length=240 mm",
@@ -23,12 +20,9 @@ LET_GO = (
 
 @pytest.mark.parametrize("model", ["fem", "rod"])
 @pytest.mark.parametrize("scheme", ["backward-euler", "hht", "generalised-alpha"])
-def test_energy_of_an_end_let_go_is_not_missing(tmp_path, model: str, scheme: str) -> None:
+def test_energy_of_an_end_let_go_is_not_missing(model: str, scheme: str) -> None:
     """Whatever weights a scheme gives to the forces it balances, and where they jump as the end is let go."""
-    scene = load_scene("overhand", [*BENT, *LET_GO, f"inertia.scheme={scheme}", f"model={model}"])
-    run = RunDirectory.create(scene, tmp_path / "run")
-    driver.pull(scene, run)
-    table = read_table(run.path / "force.csv")
+    table = kf.pull("overhand", [*BENT, *LET_GO, f"inertia.scheme={scheme}", f"model={model}"]).table("force")
     let_go = np.flatnonzero(np.array(table["step"]) == "hold")
     elastic, missing = np.array(table["elastic_Nmm"])[let_go[0] - 1 :], np.array(table["missing_Nmm"])[let_go[0] - 1 :]
     assert elastic[-1] < 0.9 * elastic[0]
@@ -37,10 +31,8 @@ def test_energy_of_an_end_let_go_is_not_missing(tmp_path, model: str, scheme: st
 
 @pytest.mark.parametrize("model", ["fem", "rod"])
 @pytest.mark.parametrize("scheme", ["hht", "generalised-alpha"])
-def test_a_rod_comes_to_rest_under_schemes_that_keep_energy(tmp_path, model: str, scheme: str) -> None:
+def test_a_rod_comes_to_rest_under_schemes_that_keep_energy(model: str, scheme: str) -> None:
     """Clamped and bent; with the energy kept it would ring for as long as it may."""
     steps = "steps=[{kind='relax', longest='20 s'}]"
-    scene = load_scene("overhand", [*BENT, steps, f"inertia.scheme={scheme}", f"model={model}"])
-    run = RunDirectory.create(scene, tmp_path / "run")
-    driver.tie(scene, run)
-    assert run.read_status()["time_s"] < 10.0
+    run = kf.tie("overhand", [*BENT, steps, f"inertia.scheme={scheme}", f"model={model}"])
+    assert run.stored.times[-1] < 10.0
