@@ -137,10 +137,10 @@ def suffixes() -> list[str]:
 
 def _msh(mesh: ExportMesh, path: Path) -> None:
     dimension = {"hexahedron": 3, "quad": 2, "line": 1}
-    tags = [np.full(len(block.cells), number, dtype=np.int32) for number, block in enumerate(mesh.blocks, start=1)]
-    found = _meshio(mesh, mesh.blocks)
-    found.point_data = {name: _for_gmsh(values) for name, values in found.point_data.items()}
-    found.cell_data = {name: [_for_gmsh(v) for v in values] for name, values in found.cell_data.items()}
+    tags: list[Any] = [
+        np.full(len(block.cells), number, dtype=np.int32) for number, block in enumerate(mesh.blocks, start=1)
+    ]
+    found = _meshio(mesh, mesh.blocks, _for_gmsh)
     found.cell_data = {"gmsh:physical": tags, "gmsh:geometrical": list(tags), **found.cell_data}
     found.field_data = {
         block.group: np.array([number, dimension[block.kind]]) for number, block in enumerate(mesh.blocks, start=1)
@@ -198,16 +198,20 @@ def _with_sets(mesh: ExportMesh) -> meshio.Mesh:
     return found
 
 
-def _meshio(mesh: ExportMesh, blocks: list[Block]) -> meshio.Mesh:
+def _meshio(
+    mesh: ExportMesh, blocks: list[Block], stored: Callable[[NDArray[Any]], NDArray[Any]] = np.asarray
+) -> meshio.Mesh:
+    """Some groups with all fields, each as `stored` makes it."""
     import meshio
 
     shapes = {name: values.shape[1:] for block in blocks for name, values in block.data.items()}
     cell_data: dict[str, Any] = {
-        name: [np.asarray(block.data.get(name, np.zeros((len(block.cells), *tail)))) for block in blocks]
+        name: [stored(block.data.get(name, np.zeros((len(block.cells), *tail)))) for block in blocks]
         for name, tail in shapes.items()
     }
+    point_data: dict[str, Any] = {name: stored(values) for name, values in mesh.point_data.items()}
     cells: list[Any] = [(block.kind, block.cells) for block in blocks]
-    return meshio.Mesh(mesh.points, cells, point_data=dict(mesh.point_data), cell_data=cell_data)
+    return meshio.Mesh(mesh.points, cells, point_data=point_data, cell_data=cell_data)
 
 
 _WRITERS: dict[str, Callable[[ExportMesh, Path], None]] = {
