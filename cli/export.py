@@ -48,10 +48,8 @@ def export(
       knotfem export runs/bowline-1 --at "60 mm" -o knot.vtu
       knotfem export runs/cantilever-1 --reference -o rod.inp
     """
-    from knotfem.results.export import export as write
-
     opened, millimetres = kf.open_run(run, with_model(overrides, model)), displacement(at)
-    state = write(opened, output, millimetres, reference=reference)
+    state = kf.export(opened, output, millimetres, reference=reference)
     if log_format == "json":
         found = {"file": str(output), "time_s": state.time}
         if math.isfinite(state.displacement):

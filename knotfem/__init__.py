@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from knotfem.models.material import Material
     from knotfem.results.compare import compare
     from knotfem.results.data import open_run
+    from knotfem.results.export import export
     from knotfem.results.run import Run
     from knotfem.run.check import check
     from knotfem.scene.load import load_scene
@@ -49,6 +50,7 @@ _PLACES = {
     "Obstacle": "knotfem.models.base",
     "compare": "knotfem.results.compare",
     "open_run": "knotfem.results.data",
+    "export": "knotfem.results.export",
     "Run": "knotfem.results.run",
     "check": "knotfem.run.check",
     "Scene": "knotfem.scene.model",
@@ -60,7 +62,7 @@ _PLACES = {
 
 __all__ = [
     "Foot", "InputError", "Interrupted", "KnotLost", "KnotfemError", "Material", "NotConverged", "Obstacle",
-    "RigidSurface", "Role", "Run", "Scene", "Stopped", "Term", "TimeStep", "__version__", "check", "compare",
+    "RigidSurface", "Role", "Run", "Scene", "Stopped", "Term", "TimeStep", "__version__", "check", "compare", "export",
     "load_scene", "open_run", "pull", "resume", "steps", "tie",
 ]  # fmt: skip
 
