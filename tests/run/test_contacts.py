@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knotfem.models.base import make_simulation
+from knotfem.models.build import build_model
 from knotfem.models.contacts import contact_rows
 from knotfem.scene import load_scene
 
@@ -21,20 +21,20 @@ SUNK = 0.2
 
 
 def pressed(*overrides: str) -> list[dict]:
-    """Rows of two rods laid into each other."""
+    """Rows of two rods that are pushed into each other."""
     scene = load_scene("crossed-rods", [*COARSE, *overrides])
-    simulation = make_simulation(scene)
-    x = simulation.straight().x
+    model = build_model(scene)
+    x = model.straight().x
     if scene.model == "fem":
-        *_, last = simulation.mapping(simulation.paths(), "superlu")
-        x = last.x
+        *_, last = model.mapping(model.paths(), "superlu")
+        x = last.state.x
     x = x.copy()
     x[:, 2] -= SUNK
-    for effect in simulation.effects:
-        effect.update(x)
-    for effect in simulation.effects:
-        assert effect.assemble(x, np.zeros_like(x), None)
-    return list(contact_rows(scene, simulation.contacts(), 0.0, 0.0))
+    for term in model.terms:
+        term.update(x)
+    for term in model.terms:
+        assert term.assemble(x, np.zeros_like(x), None)
+    return list(contact_rows(model, model.contacts(), 0.0, 0.0))
 
 
 @pytest.mark.parametrize("model", ["fem", "rod"])

@@ -7,9 +7,9 @@ from types import SimpleNamespace
 import psutil
 import pytest
 
+from knotfem import doctor as machine
 from knotfem.errors import MissingDependency
 from knotfem.plot import opengl
-from knotfem import doctor as machine
 from knotfem.scene.control import Solver
 from knotfem.sparse import linear
 

@@ -7,7 +7,9 @@ import pytest
 
 from knotfem.errors import InputError
 from knotfem.results.compare import Comparison, compare
-from knotfem.results.curves import force_curve, onset_of_locking
+from knotfem.results.data import open_run
+from knotfem.results.force import force_curve, onset_of_locking
+from knotfem.results.run import Run
 from knotfem.run.directory import RunDirectory
 from knotfem.run.tables import read_table, write_table
 from knotfem.scene import load_scene
@@ -30,10 +32,8 @@ def stored(displacement: float, time: float, tension: np.ndarray) -> dict[str, n
     }
 
 
-def pulled(
-    path: Path, factor: float = 1.0, *, to: float = 60.0, start: float = 0.0, model: str = "fem"
-) -> RunDirectory:
-    """A run with F = factor (1 + d^2/100), whose tension falls linearly to the share 0.2 factor of F."""
+def pulled(path: Path, factor: float = 1.0, *, to: float = 60.0, start: float = 0.0, model: str = "fem") -> Run:
+    """A run with F = factor (1 + d^2/100), whose tension falls linearly to 0.2 factor F."""
     scene = load_scene("overhand", [f"model={model}"])
     run = RunDirectory.create(scene, path)
     d = np.linspace(start, to, 61)
@@ -49,7 +49,7 @@ def pulled(
     run.write_summary(
         {"dofs": 12, "phases": {"relax": {"wall_s": 1.0, "cpu_s": 0.5}, "pull": {"wall_s": 2.0, "cpu_s": 1.0}}}
     )
-    return run
+    return open_run(path)
 
 
 def cells(found: Comparison) -> dict[str, list]:
@@ -58,7 +58,7 @@ def cells(found: Comparison) -> dict[str, list]:
 
 def test_differences_are_relative_to_the_first_run(tmp_path):
     runs = pulled(tmp_path / "solid"), pulled(tmp_path / "light", 1.1, to=50.0, model="rod")
-    found = cells(compare(runs))
+    found = cells(compare(*runs))
     assert found["model"] == ["fem", "rod"]
     assert found["wall"] == [3.0, 3.0]
     assert (found["compared from"][0], found["compared to"][0]) == (0.0, 50.0)
@@ -70,7 +70,7 @@ def test_differences_are_relative_to_the_first_run(tmp_path):
 
 def test_profiles_are_those_of_the_last_displacement_that_both_have(tmp_path):
     runs = pulled(tmp_path / "solid"), pulled(tmp_path / "light", 1.1, to=50.0, model="rod")
-    found = compare(runs)
+    found = compare(*runs)
     assert found.state is not None
     assert found.state.displacements == [48.0, 48.0]
     assert found.state.over_force
@@ -79,12 +79,12 @@ def test_profiles_are_those_of_the_last_displacement_that_both_have(tmp_path):
     assert second == pytest.approx(1.0 - 0.78 * S, rel=2e-3)
     expected = np.linalg.norm(0.02 * S) / np.linalg.norm(1.0 - 0.8 * S)
     assert cells(found)["tension T/F, L2 difference"][1] == pytest.approx(expected, rel=1e-2)
-    assert cells(compare(runs, at=30.5))["tension profile at"] == [30.0, 30.0]
+    assert cells(compare(*runs, at=30.5))["tension profile at"] == [30.0, 30.0]
 
 
 def test_force_is_compared_at_common_displacements_only(tmp_path):
     runs = pulled(tmp_path / "a"), pulled(tmp_path / "b", to=90.0, start=40.0)
-    found = cells(compare(runs))
+    found = cells(compare(*runs))
     assert (found["compared from"][1], found["compared to"][1]) == (40.0, 60.0)
     assert found["force curve, L2 difference"][1] == pytest.approx(0.0, abs=1e-3)
 
@@ -94,12 +94,12 @@ def test_locking_parts_the_curve_where_it_is_put(tmp_path):
     table = read_table(second.path / "force.csv")
     late = table["displacement_mm"] > 40.0
     write_table(second.path / "force.csv", {**table, "force_N": np.where(late, 2.0, 1.0) * table["force_N"]})
-    found = cells(compare([first, second], locking=39.0))
+    found = cells(compare(first, second, locking=39.0))
     assert found["force curve before locking, L2 difference"][1] == pytest.approx(0.0, abs=1e-12)
     assert found["force curve after locking, L2 difference"][1] == pytest.approx(1.0, rel=0.03)
     for outside in (-3.0, 300.0):
         with pytest.raises(InputError, match=f"--locking: .*found {outside:g} mm"):
-            compare([first, second], locking=outside)
+            compare(first, second, locking=outside)
 
 
 def test_knot_begins_to_lock_where_its_force_begins_to_soar():
@@ -119,7 +119,7 @@ def test_pulls_follow_each_other(tmp_path):
         "step": np.array(["pull", "pull", "hold", "on", "on"]),
     }
     write_table(run.path / "force.csv", columns)
-    curve = force_curve(run, "run")
+    curve = force_curve(open_run(run.path), "run")
     assert curve.displacement.tolist() == [15.0, 30.0, 36.0, 42.0]
     assert curve.force.tolist() == [1.0, 2.0, 3.0, 4.0]
     assert curve.spans == {"pull": (0.0, 7.5, 0.0), "on": (8.5, 11.5, 30.0)}
@@ -129,13 +129,15 @@ def test_pulls_follow_each_other(tmp_path):
 def test_runs_that_cannot_be_compared_are_refused(tmp_path):
     first = pulled(tmp_path / "a")
     with pytest.raises(InputError, match="no displacement in common; found a 0 to 60 mm; b 70 to 90 mm"):
-        compare([first, pulled(tmp_path / "b", start=70.0, to=90.0)])
+        compare(first, pulled(tmp_path / "b", start=70.0, to=90.0))
     with pytest.raises(InputError, match="nothing to compare"):
-        compare([first])
+        compare(first)
     with pytest.raises(InputError, match="no loading step is stored"):
-        compare([first, RunDirectory.create(first.scene, tmp_path / "c")])
+        compare(first, RunDirectory.create(first.scene, tmp_path / "c").path)
+    with pytest.raises(InputError, match="no such run"):
+        compare(first, tmp_path / "none")
     with pytest.raises(InputError, match="no tension is stored near"):
-        compare([first, pulled(tmp_path / "d", to=50.0)], at=58.0)
+        compare(first, pulled(tmp_path / "d", to=50.0), at=58.0)
 
 
 LOADED = (
@@ -145,40 +147,40 @@ LOADED = (
 )
 
 
-def loaded(path: Path, share: float, *, drawn: bool = True, force: float = 2.0, last: str = "let-go") -> RunDirectory:
-    """A run drawn by 12 mm, loaded and let go; in the end its tension falls linearly from 2 N to a share of it."""
+def loaded(path: Path, part: float, *, drawn: bool = True, force: float = 2.0, last: str = "let-go") -> Run:
+    """A run drawn by 12 mm, loaded and let go; in the end its tension falls linearly from 2 N to a part of it."""
     run = RunDirectory.create(load_scene("overhand", [LOADED]), path)
     rows = [(1.0, 4.0, 0.5, "draw"), (3.0, 12.0, 1.0, "draw")] * drawn
     rows += [(4.0, 0.0, 1.5, "load"), (5.0, 0.0, 2.0, "load"), (8.0, 0.1, force, last), (10.0, 0.2, force, last)]
     names = ("time_s", "displacement_mm", "force_N", "step")
     columns = {name: np.array(column) for name, column in zip(names, zip(*rows, strict=True), strict=True)}
     write_table(run.path / "force.csv", columns)
-    states = ((0.0, 0.5, 0.9), (12.0, 3.0, 0.8), (0.0, 5.0, 0.7), (0.2, 10.0, share))
-    parts = [stored(d, t, 2.0 * (1.0 - (1.0 - level) * S)) for d, t, level in states]
-    write_table(run.path / "tension.csv", {name: np.concatenate([part[name] for part in parts]) for name in parts[0]})
-    return run
+    states = ((0.0, 0.5, 0.9), (12.0, 3.0, 0.8), (0.0, 5.0, 0.7), (0.2, 10.0, part))
+    tables = [stored(d, t, 2.0 * (1.0 - (1.0 - level) * S)) for d, t, level in states]
+    write_table(run.path / "tension.csv", {name: np.concatenate([t[name] for t in tables]) for name in tables[0]})
+    return open_run(path)
 
 
 def test_loaded_runs_are_compared_at_the_end_of_their_last_step_in_common(tmp_path):
     runs = loaded(tmp_path / "a", 0.4), loaded(tmp_path / "b", 0.5)
-    found = cells(compare(runs))
+    found = cells(compare(*runs))
     assert found["tension profile at the end of"] == ["let-go", "let-go"]
     assert found["force F there"] == [2.0, 2.0]
     expected = np.linalg.norm(0.1 * S) / np.linalg.norm(1.0 - 0.6 * S)
     assert found["tension T/F, L2 difference"][1] == pytest.approx(expected)
     other = [runs[0], loaded(tmp_path / "c", 0.5, last="other")]
-    assert cells(compare(other))["tension profile at the end of"] == ["load", "load"]
+    assert cells(compare(*other))["tension profile at the end of"] == ["load", "load"]
 
 
 def test_step_at_whose_end_runs_are_compared_may_be_named(tmp_path):
     runs = loaded(tmp_path / "a", 0.4), loaded(tmp_path / "b", 0.5)
-    assert cells(compare(runs, step="load"))["tension T/F, L2 difference"][1] == pytest.approx(0.0)
-    assert cells(compare(runs, step="draw"))["tension profile at"] == [12.0, 12.0]
+    assert cells(compare(*runs, step="load"))["tension T/F, L2 difference"][1] == pytest.approx(0.0)
+    assert cells(compare(*runs, step="draw"))["tension profile at"] == [12.0, 12.0]
 
 
 def test_runs_that_nothing_pulls_are_compared_by_tension_alone(tmp_path):
-    runs = [loaded(tmp_path / name, share, drawn=False, force=0.0) for name, share in (("a", 0.4), ("b", 0.5))]
-    found = compare(runs)
+    runs = [loaded(tmp_path / name, part, drawn=False, force=0.0) for name, part in (("a", 0.4), ("b", 0.5))]
+    found = compare(*runs)
     assert "compared to" not in cells(found)
     assert cells(found)["pulled to"] == [None, None]
     expected = np.linalg.norm(0.1 * S) / np.linalg.norm(1.0 - 0.6 * S)
@@ -191,16 +193,16 @@ def test_runs_that_nothing_pulls_are_compared_by_tension_alone(tmp_path):
 def test_steps_that_runs_do_not_share_are_refused(tmp_path):
     a, b = loaded(tmp_path / "a", 0.4), pulled(tmp_path / "b")
     with pytest.raises(InputError, match='b: --step: no such step is stored; found "load"; expected pull'):
-        compare([a, b], step="load")
+        compare(a, b, step="load")
     with pytest.raises(InputError, match="two states are asked for"):
-        compare([a, b], step="load", at=3.0)
+        compare(a, b, step="load", at=3.0)
     bare = loaded(tmp_path / "c", 0.4, drawn=False)
     with pytest.raises(InputError, match="no stored step in common; found b pull; c load, let-go"):
-        compare([b, bare])
+        compare(b, bare)
 
 
 def test_picture_and_table_are_written(tmp_path):
-    found = compare([pulled(tmp_path / "solid"), pulled(tmp_path / "light", 1.1, model="rod")])
+    found = compare(pulled(tmp_path / "solid"), pulled(tmp_path / "light", 1.1, model="rod"))
     table = found.write(tmp_path / "both.svg")
     assert table == tmp_path / "both.csv"
     columns = read_table(table)

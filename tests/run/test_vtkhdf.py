@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from knotfem.errors import InputError
-from knotfem.plot.frames import read_frame, read_mesh, read_times
+from knotfem.run.frames import read_frame, read_mesh, read_times
 from knotfem.run.vtkhdf import VtkHdfSeries
 
 REFERENCE = np.array([[x, y, z] for z in range(4) for y in range(2) for x in range(2)], dtype=float)

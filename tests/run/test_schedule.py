@@ -1,0 +1,50 @@
+"""Limits of the time step in units of the rod."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from knotfem.run.schedule import Schedule, schedule_of
+from knotfem.scene import load_scene
+from knotfem.solver.stepping.controller import StepController
+
+
+def of_scene(*overrides: str, step: int = 1, began: float = 0.0) -> Schedule:
+    scene = load_scene("overhand", overrides)
+    model: Any = SimpleNamespace(scene=scene, diameter=6.0)
+    return schedule_of(model, scene.steps[step], began)
+
+
+def control_of(*overrides: str) -> StepController:
+    return of_scene(*overrides).controller
+
+
+def test_driven_end_moves_at_most_as_far_as_the_scene_says():
+    assert control_of().move == pytest.approx(3.0)
+    fine = control_of("solver.move_over_diameter=0.0625")
+    assert fine.move == pytest.approx(0.375)
+    assert fine.first == pytest.approx(0.1 / 4.0)
+
+
+def test_first_step_is_no_longer_than_the_limit():
+    control = control_of("solver.move_over_diameter=0.01")
+    assert 4.0 * control.first == pytest.approx(control.move) == 0.06
+
+
+def test_outputs_are_due_at_even_displacements_and_at_the_end():
+    schedule = of_scene("steps.1.displacement=10 mm", "output.every_displacement=4 mm", began=3.0)
+    assert schedule.output_times == pytest.approx([4.0, 5.0, 5.5])
+    assert [schedule.fraction(3.0, time) for time in (3.0, 4.25, 5.5)] == pytest.approx([0.0, 0.5, 1.0])
+    assert [schedule.over(time) for time in (5.4, 5.5)] == [False, True]
+
+
+def test_relaxing_has_no_outputs_on_its_way():
+    schedule = of_scene("steps.0.longest=40 s", step=0)
+    assert schedule.output_times.tolist() == [40.0]
+    assert schedule.controller.largest == 40.0
+
+
+def test_steps_are_cut_as_often_as_the_scene_says():
+    controller = control_of("solver.max_cutbacks=2")
+    assert controller.smallest == pytest.approx(0.4**2 * controller.first)
