@@ -1,15 +1,19 @@
-"""Which values of a run colour its pictures."""
+"""Which values of a run colour its pictures, and which state is drawn."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from knotfem.models.base import make_simulation
-from knotfem.plot import pictures
+from knotfem.errors import InputError
+from knotfem.models.build import build_model
+from knotfem.models.series import Fields
+from knotfem.results import pictures
+from knotfem.results.data import open_run
 from knotfem.run.directory import RunDirectory
-from knotfem.run.series import open_series
+from knotfem.run.disk import DiskStore
 from knotfem.scene import load_scene
 
 COARSE = ("model=rod", "rods.0.mesh.element_length=8 mm")
@@ -18,16 +22,16 @@ COARSE = ("model=rod", "rods.0.mesh.element_length=8 mm")
 def drawn(monkeypatch: pytest.MonkeyPatch, folder: Path, colour: str, low: float, high: float) -> dict[str, Any]:
     """How a run is drawn whose field of this colour goes from low to high."""
     scene = load_scene("cantilever", COARSE)
-    run, model = RunDirectory.create(scene, folder / "run"), make_simulation(scene)
+    run, model = RunDirectory.create(scene, folder / "run"), build_model(scene)
     fields = model.fields(model.straight().x)
     name = pictures.COLOURS[colour][0]
     values = {name: np.linspace(low, high, len(fields.points))}
-    series = open_series(run.path / "results.vtkhdf", model.series_mesh, None)
-    series.append(0.0, fields.points, point_data={**fields.point_data, **values}, cell_data=fields.cell_data)
+    series = DiskStore(run).series(model.series_mesh, None)
+    series.append(0.0, 0.0, replace(fields, point_data={**fields.point_data, **values}))
     series.close()
     asked: dict[str, Any] = {}
     monkeypatch.setattr(pictures, "render_mesh", lambda points, cells, out, **options: asked.update(options))
-    pictures.render(run, folder / "a.png", colour)
+    open_run(run.path).state().render(folder / "a.png", colour)
     return asked
 
 
@@ -39,3 +43,24 @@ def test_no_twist_has_the_colour_in_the_middle(monkeypatch, tmp_path, low, high)
 def test_other_colours_and_no_twist_at_all_take_the_limits_of_what_is_drawn(monkeypatch, tmp_path):
     assert drawn(monkeypatch, tmp_path, "curvature", 0.0, 0.03)["limits"] is None
     assert drawn(monkeypatch, tmp_path / "on", "twist", 0.0, 0.0)["limits"] is None
+
+
+def test_what_cannot_be_drawn_is_refused(tmp_path):
+    with pytest.raises(InputError, match="this field is not stored; found pressure"):
+        drawn_state(tmp_path).render(tmp_path / "a.png", "pressure")
+    with pytest.raises(InputError, match="no such colour; found red; expected strain"):
+        drawn_state(tmp_path / "on").render(tmp_path / "a.png", "red")
+    bare = RunDirectory.create(load_scene("cantilever", COARSE), tmp_path / "bare")
+    with pytest.raises(InputError, match=r"no state is stored; expected a run with output\.fields = true"):
+        open_run(bare.path).state()
+
+
+def drawn_state(folder: Path):
+    """A state of hexahedra without any field."""
+    run = RunDirectory.create(load_scene("cantilever", ["rods.0.mesh.element_length=8 mm"]), folder / "run")
+    model = build_model(run.scene)
+    mesh = model.series_mesh()
+    series = DiskStore(run).series(lambda: mesh, None)
+    series.append(0.0, 0.0, Fields(mesh.reference, {}, {}))
+    series.close()
+    return open_run(run.path).state()

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from knotfem.errors import KnotLost
-from knotfem.models.base import make_simulation
-from knotfem.run import driver
+from knotfem.models.build import build_model
 from knotfem.run.directory import RunDirectory
-from knotfem.run.monitor import KnotWatch
+from knotfem.run.driver import drive
+from knotfem.run.monitor import KnotMonitor
 from knotfem.scene import load_scene
 
 COARSE = ("rods.0.mesh.section_elements=4", "rods.1.mesh.section_elements=4", "output.fields=false")
@@ -17,18 +17,17 @@ COARSE = ("rods.0.mesh.section_elements=4", "rods.1.mesh.section_elements=4", "o
 
 @pytest.mark.parametrize("model", ["fem", "rod"])
 def test_rods_that_come_apart_are_lost(model):
-    simulation = make_simulation(load_scene("sheet-bend", [f"model={model}", *COARSE]))
-    watch = KnotWatch(simulation)
-    x = list(simulation.mapping(simulation.paths(), "auto"))[-1].x
-    before = watch.name(x)
+    built = build_model(load_scene("sheet-bend", [f"model={model}", *COARSE]))
+    monitor = KnotMonitor(built)
+    x = list(built.mapping(built.paths(), "auto"))[-1].state.x
+    before = monitor.knots(x)
     assert before["hitch"]["name"] == before["bight"]["name"] == "unknot"
     assert before["hitch"]["laced"] == {"bight": before["bight"]["laced"]["hitch"]}
     assert all(before["hitch"]["laced"]["bight"])
-    assert watch.lost(before, before) == ""
+    assert monitor.lost(before, before) == ""
     apart = x.copy()
-    first = len(simulation.centrelines(x)[0])
-    apart[simulation.sections >= first, 0] += 200.0
-    assert watch.lost(before, watch.name(apart)) == "hitch and bight have come apart"
+    apart[built.sections.of_node >= built.sections.first[1], 0] += 200.0
+    assert monitor.lost(before, monitor.knots(apart)) == "hitch and bight have come apart"
 
 
 @pytest.mark.parametrize(
@@ -43,7 +42,7 @@ def test_rods_that_come_apart_are_lost(model):
 def test_rods_are_apart_where_both_ways_of_continuing_their_ends_agree(before, now, apart):
     rod = {"name": "unknot", "linking": []}
     states = [{"a": {**rod, "laced": {"b": links}}, "b": {**rod, "laced": {"a": links}}} for links in (before, now)]
-    assert (KnotWatch.lost(*states) == "a and b have come apart") == apart
+    assert (KnotMonitor.lost(*states) == "a and b have come apart") == apart
 
 
 @pytest.mark.parametrize(
@@ -57,7 +56,7 @@ def test_rods_are_apart_where_both_ways_of_continuing_their_ends_agree(before, n
 )
 def test_what_is_said_of_one_rod(before, now, said):
     states = [{"rod": {**knot, "laced": {}}} for knot in (before, now)]
-    assert KnotWatch.lost(*states) == said
+    assert KnotMonitor.lost(*states) == said
 
 
 def test_a_slippery_sheet_bend_ends_the_run(tmp_path):
@@ -65,7 +64,7 @@ def test_a_slippery_sheet_bend_ends_the_run(tmp_path):
     scene = load_scene("sheet-bend", ["model=rod", "contact.friction=0.1", *quick, *COARSE])
     run = RunDirectory.create(scene, tmp_path / "run")
     with pytest.raises(KnotLost, match="hitch and bight have come apart"):
-        driver.pull(scene, run)
+        drive(scene, run, "pull")
     assert (run.read_status()["state"], run.read_status()["exit_code"]) == ("failed", KnotLost.exit_code)
     assert set(run.read_summary()["knot_before"]["hitch"]["laced"]) == {"bight"}
     assert np.isfinite(run.read_summary()["final_force_N"])
