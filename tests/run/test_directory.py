@@ -10,7 +10,9 @@ import pytest
 
 from knotfem.errors import InputError
 from knotfem.run import files
+from knotfem.run.columns import FORCE_COLUMNS, TIE_COLUMNS
 from knotfem.run.directory import TIED, RunDirectory
+from knotfem.run.disk import DiskStore
 from knotfem.scene import Scene, load_scene
 
 
@@ -99,10 +101,10 @@ def test_log(run: RunDirectory) -> None:
 
 
 def test_tables(run: RunDirectory) -> None:
-    run.force_table(["work_Nmm"])
-    assert (run.path / "force.csv").read_text().endswith(",wall_s,work_Nmm\n")
-    assert run.tie_table.path == run.path / "tie.csv"
-    assert run.tension_table().columns[0] == "displacement_mm"
+    store = DiskStore(run)
+    table = store.table("force", ("wall_s", "work_Nmm"))
+    assert table.path == run.path / "force.csv"
+    assert table.path.read_text() == "wall_s,work_Nmm\n"
 
 
 def test_settings_may_change_the_rest_may_not(run: RunDirectory, scene: Scene) -> None:
@@ -116,10 +118,11 @@ def test_settings_may_change_the_rest_may_not(run: RunDirectory, scene: Scene) -
 def test_branches_go_on_from_the_tied_knot(run: RunDirectory, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="not tied yet"):
         run.branch(run.scene, tmp_path / "other")
-    run.tie_table.append({column: 1.0 for column in run.tie_table.columns})
+    store = DiskStore(run)
+    tie = store.table("tie", TIE_COLUMNS)
+    tie.append(dict.fromkeys(TIE_COLUMNS, 1.0))
     run.checkpoints.save({"x": 1.0}, {}, name=TIED)
-    force = run.force_table(["taken_Nmm"])
-    force.append(dict.fromkeys(force.columns, 2.0))
+    store.table("force", (*FORCE_COLUMNS, "taken_Nmm")).append(dict.fromkeys((*FORCE_COLUMNS, "taken_Nmm"), 2.0))
     run.checkpoints.save({"x": 2.0}, {})
     assert run.tied
     firm = load_scene(run.scene_file, ["contact.friction=0.37", "obstacles.0.friction=0.01", "steps.1.speed=2 mm/s"])
@@ -129,8 +132,8 @@ def test_branches_go_on_from_the_tied_knot(run: RunDirectory, tmp_path: Path) ->
     assert checkpoint.state == {"x": 1.0}
     assert other.tied
     assert other.scene == firm
-    assert (other.path / "tie.csv").read_text() == run.tie_table.path.read_text()
-    assert other.force_table().rows == 0
+    assert (other.path / "tie.csv").read_text() == tie.path.read_text()
+    assert DiskStore(other).table("force", FORCE_COLUMNS).rows == 0
 
 
 @pytest.mark.parametrize(

@@ -1,21 +1,22 @@
-"""Costs are booked by part, once, also over sessions."""
+"""Costs count by part, once, also over sessions."""
 
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-from knotfem.run.directory import RunDirectory
+from knotfem.energy.energies import Energies
 from knotfem.run.summary import Summary
-from knotfem.scene import Scene
-from knotfem.solver.system import Clock
+from knotfem.solver.clock import Clock
+from knotfem.solver.term import Role
 
 
 class Names:
-    """Of a system's effects, with clocks that are set by hand."""
+    """Of a system's terms, with clocks that are set by hand."""
 
     def __init__(self) -> None:
-        self.effects = [SimpleNamespace(name=name) for name in ("elasticity", "contact", "friction")]
+        roles = {"elasticity": Role.ELASTIC, "contact": Role.CONTACT, "friction": Role.FRICTION}
+        self.terms = [SimpleNamespace(name=name, role=role) for name, role in roles.items()]
         self.clock, self.analyses, self.factorisations = Clock(), 0, 0
 
     def spend(self, seconds: float, *names: str) -> None:
@@ -26,16 +27,16 @@ class Names:
 
 
 @pytest.fixture
-def summary(scene: Scene, tmp_path) -> Summary:
+def summary() -> Summary:
     model: Any = SimpleNamespace(diameter=6.0, absent={}, dofs=30, hexes=4, segments=0)
-    return Summary(RunDirectory.create(scene, tmp_path / "run"), model)
+    return Summary(model)
 
 
 def test_parts(summary):
     system: Any = Names()
-    summary.begin_phase("pull")
+    summary.begin()
     system.spend(1.0, "elasticity", "contact", "friction", "pattern", "constrain", "analysis", "factorisation", "solve")
-    summary.book(system)
+    summary.add_system(system)
     cpu = {name: entry["cpu_s"] for name, entry in summary.figures["costs"].items()}
     assert cpu == {"assembly": 3.0, "contact": 2.0, "factorisation": 2.0, "solve": 1.0, "output": 0.0}
     assert summary.figures["costs"]["contact"]["wall_s"] == 4.0
@@ -43,34 +44,37 @@ def test_parts(summary):
     assert summary.figures["factorisations"] == 1
 
 
-def test_booking_twice_books_what_came_in_between(summary):
+def test_adding_twice_adds_what_came_in_between(summary):
     system: Any = Names()
-    summary.begin_phase("pull")
+    summary.begin()
     for _ in range(3):
         system.spend(1.0, "contact")
-        summary.book(system)
+        summary.add_system(system)
+        summary.add_time("pull")
     assert summary.figures["costs"]["contact"]["cpu_s"] == 3.0
     assert summary.figures["factorisations"] == 3
-    summary.begin_phase("hold")
     other: Any = Names()
     other.spend(1.0, "contact")
-    summary.book(other)
+    summary.add_system(other)
+    summary.add_time("hold")
     assert summary.figures["costs"]["contact"]["cpu_s"] == 4.0
     assert set(summary.figures["phases"]) == {"pull", "hold"}
 
 
 def test_what_a_checkpoint_knows_is_not_lost(summary):
     system: Any = Names()
-    summary.begin_phase("pull")
+    summary.begin()
     system.spend(1.0, "solve")
-    summary.book(system)
+    summary.add_system(system)
+    summary.add_time("pull")
     spent = summary.figures["phases"]["pull"]["wall_s"]
-    later = Summary(summary.run, summary.model)
+    later = Summary(summary.model)
     later.restore(summary.state())
-    later.begin_phase("pull")
+    later.begin()
     again: Any = Names()
     again.spend(0.5, "solve")
-    later.book(again)
+    later.add_system(again)
+    later.add_time("pull")
     assert later.figures["costs"]["solve"]["cpu_s"] == 1.5
     assert later.figures["phases"]["pull"]["wall_s"] > spent
 
@@ -79,18 +83,18 @@ def test_memory_of_an_earlier_session_is_remembered(summary, monkeypatch):
     monkeypatch.setattr("knotfem.run.summary.peak_memory_mb", lambda: 2.0)
     state = summary.state()
     monkeypatch.setattr("knotfem.run.summary.peak_memory_mb", lambda: 1.0)
-    later = Summary(summary.run, summary.model)
+    later = Summary(summary.model)
     later.restore(state)
-    later.finish({})
-    assert later.run.read_summary()["peak_memory_mb"] == 2.0
+    assert later.finished(Energies())["peak_memory_mb"] == 2.0
 
 
-def test_nothing_is_booked_before_a_phase(summary):
-    summary.book()
+def test_no_time_counts_before_the_beginning(summary):
+    summary.add_time("pull")
+    summary.add_system(None)
     assert summary.figures["phases"] == {}
 
 
-def test_output_is_booked_also_where_it_fails(summary):
+def test_output_counts_also_where_it_fails(summary):
     with pytest.raises(OSError, match="full"), summary.output():
         raise OSError("full")
     assert summary.figures["costs"]["output"]["wall_s"] > 0.0

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from knotfem.errors import InputError
-from knotfem.run import files, tables
+from knotfem.run import columns, files
 from knotfem.run.tables import Table, read_table, table_text, write_table
 
 
@@ -25,11 +25,11 @@ def table(tmp_path: Path) -> Table:
 
 def test_the_columns_that_scripts_rely_on() -> None:
     expected = "mapping_time, max_stretch, min_stretch, newton_iterations, wall_s"
-    assert ", ".join(tables.TIE_COLUMNS) == expected
+    assert ", ".join(columns.TIE_COLUMNS) == expected
     expected = "time_s, displacement_mm, force_N, newton_iterations, contacts, max_penetration_mm, "
     expected += "kinetic_over_internal, wall_s"
-    assert ", ".join(tables.FORCE_COLUMNS) == expected
-    assert ", ".join(tables.TENSION_COLUMNS) == "displacement_mm, arclength_mm, s_over_L, tension_N, core_N, bulk_N"
+    assert ", ".join(columns.FORCE_COLUMNS) == expected
+    assert ", ".join(columns.TENSION_COLUMNS) == "displacement_mm, arclength_mm, s_over_L, tension_N, core_N, bulk_N"
 
 
 def test_a_table_starts_with_its_header(tmp_path: Path) -> None:
