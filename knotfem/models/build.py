@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from knotfem.errors import InputError
 from knotfem.models.base import Additions, Model
+from knotfem.names import suggestion
 from knotfem.scene.model import Scene
 
 if TYPE_CHECKING:
@@ -21,8 +23,10 @@ def build_model(scene: Scene, additions: Additions | None = None, source: Sequen
         source: rods as another run has left them, from which discrete rods set out.
 
     Raises:
-        InputError: a centreline or a section that cannot be, or a feature that the model does not have.
+        InputError: a centreline or a section that cannot be, or additions that the scene or its model cannot take.
     """
+    if additions is not None:
+        _check_additions(scene, additions)
     if scene.model == "rod":
         from knotfem.models.rod.model import RodModel
 
@@ -30,3 +34,20 @@ def build_model(scene: Scene, additions: Additions | None = None, source: Sequen
     from knotfem.models.solid.model import SolidModel
 
     return SolidModel(scene, additions)
+
+
+def _check_additions(scene: Scene, additions: Additions) -> None:
+    rods = [rod.name for rod in scene.rods]
+    if additions.obstacles and not scene.contact.enabled:
+        raise InputError("obstacles need contact", key="contact.enabled", found="false", expected="true")
+    taken = [*rods, *(obstacle.name for obstacle in scene.obstacles)]
+    for obstacle in additions.obstacles:
+        if obstacle.name in taken:
+            raise InputError("used twice", key="obstacles", found=obstacle.name, expected="a name of its own")
+        taken.append(obstacle.name)
+    if additions.materials and scene.model == "rod":
+        problem = "discrete rods have no bulk"
+        raise InputError(problem, key="materials", found=", ".join(additions.materials), expected='model = "fem"')
+    for name in additions.materials:
+        if name not in rods:
+            raise InputError("no rod has this name", key="materials", found=name, expected=suggestion(name, rods))

@@ -1,12 +1,12 @@
-"""The rod model set out from a three-dimensional run, from tying to pulling."""
+"""Discrete rods that set out from a three-dimensional run, from tying to pulling."""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from knotfem.run import driver
 from knotfem.run.directory import SOURCE, RunDirectory
+from knotfem.run.driver import drive
 from knotfem.run.tables import read_table
 from knotfem.scene import load_scene
 
@@ -37,21 +37,21 @@ def last_profile(run: RunDirectory) -> tuple[np.ndarray, float]:
 @pytest.fixture(scope="module")
 def solid(tmp_path_factory: pytest.TempPathFactory) -> RunDirectory:
     run = begun(tmp_path_factory.mktemp("source") / "solid")
-    driver.tie(run.scene, run)
+    drive(run.scene, run, "tie")
     return run
 
 
 def test_a_knot_tied_in_three_dimensions_comes_to_rest_as_a_rod_and_is_pulled(solid, tmp_path):
     points, pressed = last_profile(solid)
     run = begun(tmp_path / "light", "model=rod", f'tie.source="{solid.path}"')
-    driver.tie(run.scene, run)
+    drive(run.scene, run, "tie")
     settled, presses = last_profile(run)
     assert np.abs(settled - points).max() < 0.25 * run.scene.rods[0].diameter
     assert presses == pytest.approx(pressed, rel=0.25)
     away = solid.path.rename(solid.path.with_name("away"))
-    driver.pull(run.scene, run)
+    drive(run.scene, run, "pull")
     on = run.branch(run.scene, tmp_path / "on")
-    driver.pull(on.scene, on)
+    drive(on.scene, on, "pull")
     away.rename(solid.path)
     force = read_table(run.path / "force.csv")["force_N"]
     assert force[-1] > force[0]

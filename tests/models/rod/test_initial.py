@@ -1,4 +1,4 @@
-"""Rods laid into the knot: free of twist, or with the twist that a tied run's clamped ends hold."""
+"""Initial configuration of discrete rods: free of twist, or with what the clamped ends of a tied run hold."""
 
 from pathlib import Path
 
@@ -8,15 +8,13 @@ import pytest
 from knotfem.errors import InputError
 from knotfem.geometry.frames import rotate_frames, rotation_minimising_frame
 from knotfem.models.centreline import centreline_of
-from knotfem.models.rod.build import rod_spec
-from knotfem.models.rod.ends import clamped
-from knotfem.models.rod.initial import LaidRod, lay
+from knotfem.models.rod.initial import InitialRod, initial_rods
 from knotfem.models.rod.model import RodModel
 from knotfem.models.solid.body import mesh_of
 from knotfem.run.checkpoint import read_checkpoint
 from knotfem.run.directory import SOURCE, TIED, RunDirectory
+from knotfem.run.source import source_rods
 from knotfem.scene import Scene, load_scene
-from knotfem.solver.schemes import Scheme as QuasiStatic
 from knotfem.tie import swept_state
 
 COARSE = ("rods.0.mesh.section_elements=4", "rods.0.mesh.element_length=8 mm")
@@ -24,12 +22,25 @@ TURN = 4.0
 MOVED = 7.0
 
 
-def twists(laid: LaidRod) -> np.ndarray:
-    """Twist per length at the start's clamp, at the inner nodes and at the end's clamp."""
-    model = RodModel([rod_spec(laid)], scheme=QuasiStatic())
-    model.begin({(0, side): clamped(frame) for side, frame in zip(("start", "end"), laid.ends, strict=True)})
-    per_length = model.frames.twists(model.x) / model.frames.cell
+def initial(scene: Scene, folder: Path | None = None) -> InitialRod:
+    """The only rod of a scene, from its source if it has one."""
+    (rod,) = initial_rods(scene, source_rods(scene, folder) if scene.tie.source is not None else None)
+    return rod
+
+
+def twists(scene: Scene) -> np.ndarray:
+    """Twist per length of a scene's only rod: at the start's clamp, at the inner nodes and at the end's clamp."""
+    model = RodModel(scene, source=source_rods(scene) if scene.tie.source is not None else None)
+    frames, state = model.discrete.frames, model.straight()
+    frames.load(state.history["frames-1"])
+    per_length = frames.twists(state.x) / frames.cell
     return np.concatenate([per_length[-2:-1], per_length[:-2], per_length[-1:]])
+
+
+def save(run: RunDirectory, x: np.ndarray, name: str = "") -> None:
+    """What of a checkpoint matters for another run that sets out from it."""
+    state = {"simulation": {"now": {"state": {"x": x}}}, "summary": {}}
+    run.checkpoints.save(state, {"rows": {}}, name)
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +53,7 @@ def tied(tmp_path_factory: pytest.TempPathFactory) -> RunDirectory:
     frames = rotate_frames(rotation_minimising_frame(points), TURN * np.linspace(0.0, 1.0, rod.slices + 1) ** 2)
     x = np.empty((len(mesh.nodes), 3))
     x[mesh.section_nodes] = swept_state(points, frames, mesh.nodes[mesh.section_nodes[0], :2], 0.0)
-    run.checkpoints.save({"progress": {"motion": {"x": x}}}, {}, name=TIED)
+    save(run, x, name=TIED)
     return run
 
 
@@ -53,8 +64,7 @@ def pulled(tied: RunDirectory, tmp_path_factory: pytest.TempPathFactory) -> RunD
     path = tied.checkpoints.named(TIED)
     assert path is not None
     run.checkpoints.adopt(path)
-    x = read_checkpoint(path).state["progress"]["motion"]["x"]
-    run.checkpoints.save({"progress": {"motion": {"x": x + MOVED}}}, {})
+    save(run, read_checkpoint(path).state["simulation"]["now"]["state"]["x"] + MOVED)
     return run
 
 
@@ -63,37 +73,38 @@ def light(source: Path | str, *overrides: str) -> Scene:
 
 
 def test_along_a_centreline_there_is_no_twist():
-    (laid,) = lay(load_scene("bowline", [*COARSE, "model=rod"]))
-    edges = np.diff(laid.target.points, axis=0)
-    assert np.abs(np.einsum("ji,ji->j", laid.directors, edges)).max() < 1e-12
-    assert np.linalg.norm(laid.directors, axis=1) == pytest.approx(1.0)
-    assert np.abs(twists(laid)).max() < 1e-12
+    scene = load_scene("bowline", [*COARSE, "model=rod"])
+    rod = initial(scene)
+    edges = np.diff(rod.target.points, axis=0)
+    assert np.abs(np.einsum("ji,ji->j", rod.directors, edges)).max() < 1e-12
+    assert np.linalg.norm(rod.directors, axis=1) == pytest.approx(1.0)
+    assert np.abs(twists(scene)).max() < 1e-12
 
 
 def test_from_a_tied_run_the_ends_hold_its_twist_and_it_is_even(tied):
-    (laid,) = lay(light(tied.path))
-    found = twists(laid)
+    found = twists(light(tied.path))
     assert found == pytest.approx(np.full(found.size, found[0]), abs=1e-12)
     assert 600.0 * found[0] == pytest.approx(TURN, rel=0.02)
 
 
 def test_free_end_lets_the_twist_go(tied):
-    (laid,) = lay(light(tied.path, 'steps.0.ends.rod.end={motion="free"}'))
-    assert np.abs(twists(laid)).max() < 1e-12
-    assert laid.ends[0].director == pytest.approx(lay(light(tied.path))[0].ends[0].director)
+    free = light(tied.path, 'steps.0.ends.rod.end={motion="free"}')
+    assert np.abs(twists(free)).max() < 1e-12
+    assert initial(free).ends[0].director == pytest.approx(initial(light(tied.path)).ends[0].director)
 
 
 def test_only_the_end_clamped_turns_the_whole_rod(tied):
-    (held,), (laid,) = lay(light(tied.path)), lay(light(tied.path, 'steps.0.ends.rod.start={motion="pinned"}'))
-    assert np.abs(twists(laid)).max() < 1e-12
-    assert laid.ends[1].director == pytest.approx(held.ends[1].director, abs=1e-9)
+    pinned = light(tied.path, 'steps.0.ends.rod.start={motion="pinned"}')
+    assert np.abs(twists(pinned)).max() < 1e-12
+    assert initial(pinned).ends[1].director == pytest.approx(initial(light(tied.path)).ends[1].director, abs=1e-9)
 
 
 def test_other_segments_lie_on_the_same_curve(tied):
-    (coarse,), (fine,) = lay(light(tied.path)), lay(light(tied.path, "rods.0.mesh.element_length=4 mm"))
+    finer = light(tied.path, "rods.0.mesh.element_length=4 mm")
+    coarse, fine = initial(light(tied.path)), initial(finer)
     assert len(fine.directors) == 2 * len(coarse.directors)
     assert fine.target.points[::2] == pytest.approx(coarse.target.points)
-    assert 600.0 * twists(fine)[0] == pytest.approx(TURN, rel=0.02)
+    assert 600.0 * twists(finer)[0] == pytest.approx(TURN, rel=0.02)
 
 
 @pytest.mark.parametrize(
@@ -109,24 +120,24 @@ def test_other_segments_lie_on_the_same_curve(tied):
 )
 def test_source_of_other_rods_or_obstacles_is_refused(tied, override, message):
     with pytest.raises(InputError, match=message):
-        lay(light(tied.path, override))
+        initial(light(tied.path, override))
 
 
 def test_source_must_be_a_tied_three_dimensional_run(tied, tmp_path):
     with pytest.raises(InputError, match="no such run"):
-        lay(light(tmp_path / "none"))
+        initial(light(tmp_path / "none"))
     RunDirectory.create(tied.scene, tmp_path / "loose")
     with pytest.raises(InputError, match="not tied yet"):
-        lay(light(tmp_path / "loose"))
+        initial(light(tmp_path / "loose"))
     RunDirectory.create(load_scene("bowline", [*COARSE, "model=rod"]), tmp_path / "rod")
     with pytest.raises(InputError, match="the source is a rod run"):
-        lay(light(tmp_path / "rod"))
+        initial(light(tmp_path / "rod"))
 
 
 def test_last_state_of_a_run_may_be_set_out_from(pulled):
-    tied, last = lay(light(pulled.path)), lay(light(pulled.path, "tie.source_state=last"))
-    assert last[0].target.points == pytest.approx(tied[0].target.points + MOVED)
-    assert last[0].directors == pytest.approx(tied[0].directors, abs=1e-9)
+    tied, last = initial(light(pulled.path)), initial(light(pulled.path, "tie.source_state=last"))
+    assert last.target.points == pytest.approx(tied.target.points + MOVED)
+    assert last.directors == pytest.approx(tied.directors, abs=1e-9)
     with pytest.raises(InputError, match=r'tie\.source_state: there is no source; found "last"'):
         load_scene("bowline", ["model=rod", "tie.source_state=last"])
 
@@ -135,13 +146,21 @@ def test_a_run_needs_its_source_only_once(tied, tmp_path):
     source = RunDirectory.create(tied.scene, tmp_path / "source")
     source.checkpoints.adopt(tied.checkpoints.named(TIED))
     scene = light(source.path)
-    (laid,) = lay(scene, tmp_path)
+    once = initial(scene, tmp_path)
     source.path.rename(tmp_path / "elsewhere")
-    (again,) = lay(scene, tmp_path)
-    assert np.array_equal(laid.target.points, again.target.points)
-    assert np.array_equal(laid.directors, again.directors)
+    again = initial(scene, tmp_path)
+    assert np.array_equal(once.target.points, again.target.points)
+    assert np.array_equal(once.directors, again.directors)
     with pytest.raises(InputError, match="no such run"):
-        lay(scene)
+        initial(scene)
     (tmp_path / SOURCE).write_text("{}")
     with pytest.raises(InputError, match=r"source\.json: damaged"):
-        lay(scene, tmp_path)
+        initial(scene, tmp_path)
+
+
+def test_source_of_an_older_version_is_refused(tied, tmp_path):
+    source = RunDirectory.create(tied.scene, tmp_path / "source")
+    path = source.checkpoints.save({"progress": {"motion": {"x": np.zeros(3)}}}, {}, name=TIED)
+    with pytest.raises(InputError, match="the checkpoint is of an older version") as refused:
+        initial(light(source.path))
+    assert refused.value.file == path

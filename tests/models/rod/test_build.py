@@ -1,12 +1,11 @@
-"""The plain numbers of the reduced model that a scene stands for."""
+"""The plain numbers of discrete rods that a scene stands for."""
 
 import numpy as np
 import pytest
 
-from knotfem.errors import InputError
-from knotfem.models.rod import build as rod_build
-from knotfem.models.rod.build import contact_spec, core_share, make_rods, rod_spec
-from knotfem.models.rod.initial import lay
+from knotfem.contact.friction import Friction
+from knotfem.models.rod.build import contact_spec, core_fraction, make_rods, rod_spec
+from knotfem.models.rod.initial import initial_rods
 from knotfem.run.check import check
 from knotfem.scene import load_scene
 
@@ -15,14 +14,14 @@ COARSE = ("model=rod", "rods.0.mesh.element_length=10 mm")
 
 def test_stiffness_is_that_of_the_section():
     scene = load_scene("bowline", COARSE)
-    (laid,) = lay(scene)
-    spec = rod_spec(laid)
+    (initial,) = initial_rods(scene)
+    spec = rod_spec(scene.rods[0], initial)
     area, E = np.pi * 9.0, 1.425
     assert spec.bending == pytest.approx(E * np.pi * 81.0 / 4.0)
     assert spec.twisting == pytest.approx(spec.bending * 2.0 / 3.0, rel=1e-3)
     core = 75.5e3 * np.pi * 0.127**2
     assert spec.axial == pytest.approx(E * area + core)
-    assert core_share(scene.rods[0]) == pytest.approx(core / spec.axial)
+    assert core_fraction(scene.rods[0]) == pytest.approx(core / spec.axial)
     assert spec.mass_per_length == pytest.approx(1.16e-9 * area)
     assert spec.spacing == 10.0
 
@@ -42,18 +41,11 @@ def test_contact_is_hertzian_or_harder():
 
 def test_friction_is_that_of_each_pair():
     scene = load_scene("bowline", [*COARSE, 'contact.pairs=[{between=["rod", "cylinder"], friction=0.1}]'])
-    model = make_rods(scene, lay(scene))
-    assert model.friction is not None
-    assert np.asarray(model.friction.coefficients).tolist() == [[0.33]]
-    ((_, rubbing),) = model.cylinders
-    assert np.asarray(rubbing.coefficients).tolist() == [0.1]
-
-
-def test_effect_of_hexahedra_alone_is_refused(monkeypatch):
-    monkeypatch.setattr(rod_build, "ON_RODS", {})
-    scene = load_scene("bowline", [*COARSE, 'effects.viscous_drag={normal="2 Pa s", tangential="2 Pa s"}'])
-    with pytest.raises(InputError, match=r"effects\.viscous_drag: the rod model does not have this effect"):
-        make_rods(scene, lay(scene))
+    rods = make_rods(scene, initial_rods(scene))
+    between, on_cylinder = (term for term in rods.terms if isinstance(term, Friction))
+    assert between.coefficients.tolist() == [[0.33]]
+    assert on_cylinder.coefficients.tolist() == [0.1]
+    assert on_cylinder.external
 
 
 def test_segments_longer_than_the_radius_are_warned_of_where_strands_touch():

@@ -1,0 +1,54 @@
+"""What a user may add to a scene as objects, and what is refused."""
+
+import numpy as np
+import pytest
+
+from knotfem.contact.rigid import make_cylinder
+from knotfem.errors import InputError
+from knotfem.models.base import Additions, Obstacle
+from knotfem.models.build import build_model
+from knotfem.models.material import NeoHooke
+from knotfem.scene import load_scene
+
+COARSE = ("rods.0.mesh.section_elements=4", "rods.0.mesh.element_length=10 mm")
+
+
+def peg(name: str = "peg") -> Obstacle:
+    return Obstacle(make_cylinder(np.zeros(3), np.array([0.0, 1.0, 0.0]), 4.0), 0.2, name)
+
+
+@pytest.mark.parametrize("model", ["fem", "rod"])
+def test_obstacles_stand_beside_those_of_the_scene(model):
+    scene = load_scene("bowline", [*COARSE, f"model={model}"])
+    built = build_model(scene, Additions(obstacles=[peg()]))
+    assert built.obstacle_names == ["cylinder", "peg"]
+    names = [term.name for term in built.terms]
+    assert names.count("cylinder") == names.count("cylinder friction") == 2
+
+
+@pytest.mark.parametrize("model", ["fem", "rod"])
+@pytest.mark.parametrize(
+    ("overrides", "obstacles", "message"),
+    [
+        (["contact.enabled=false"], ["peg"], "contact.enabled: obstacles need contact; found false; expected true"),
+        ([], ["cylinder"], "obstacles: used twice; found cylinder"),
+        ([], ["rod"], "obstacles: used twice; found rod"),
+        ([], ["peg", "peg"], "obstacles: used twice; found peg"),
+    ],
+)
+def test_obstacles_that_cannot_be_are_refused(model, overrides, obstacles, message):
+    scene = load_scene("bowline", [*COARSE, f"model={model}", *overrides])
+    with pytest.raises(InputError, match=message):
+        build_model(scene, Additions(obstacles=[peg(name) for name in obstacles]))
+
+
+def test_materials_are_those_of_a_rod_of_hexahedra():
+    law = NeoHooke(1.0)
+    scene = load_scene("bowline", COARSE)
+    built = build_model(scene, Additions(materials={"rod": law}))
+    assert built.body.rods[0].bulk.material is law
+    with pytest.raises(InputError, match=r'materials: no rod has this name; found rods; expected "rod"'):
+        build_model(scene, Additions(materials={"rods": law}))
+    light = load_scene("bowline", [*COARSE, "model=rod"])
+    with pytest.raises(InputError, match=r'materials: discrete rods have no bulk; found rod; expected model = "fem"'):
+        build_model(light, Additions(materials={"rod": law}))
