@@ -42,7 +42,7 @@ class VertexTerm(Term, ABC):
         return slice(len(self.frames.view.edges) - self.frames.clamped.size, None)
 
     def clamp_directions(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Directions left and right of the clamps' vertices, shape [clamps, 3], and whether the clamp is on the left."""
+        """Directions left and right of the clamps' vertices, shape [clamps, 3], and whether they are on the left."""
         edges = self.frames.view.edges[self.clamped]
         tangent = self.frames.current(x)[0]
         left = (edges[:, 0] >= self.frames.layout.nodes)[:, None]
