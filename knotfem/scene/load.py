@@ -12,13 +12,16 @@ from pydantic import ValidationError
 
 from knotfem import shipped
 from knotfem.errors import InputError
+from knotfem.scene.effects import Cylinder
 from knotfem.scene.model import Scene
-from knotfem.scene.rods import CURVE_SUFFIXES
+from knotfem.scene.rods import CURVE_SUFFIXES, Rod
 from knotfem.scene.table import input_error
 from knotfem.scene.write import scene_to_toml
 
 _ALTERNATIVES = {"section": "section_elements", "section_elements": "section"}
 """Keys of a rod's mesh of which only one may be given."""
+_NAMES = {"rods": Rod.model_fields["name"].default, "obstacles": Cylinder.model_fields["name"].default}
+"""Names of entries of lists that are not named; steps go by their kind."""
 
 
 Overrides = Mapping[str, Any] | Sequence[str]
@@ -151,12 +154,17 @@ def _step_into(place: object, part: str, key: str) -> Any:
     if not isinstance(place, list):
         raise InputError("there is no table here", file="--set", key=key, expected="a key of the scene")
     if not part.isdecimal() or int(part) >= len(place):
-        named = [entry.get("name", entry.get("kind")) if isinstance(entry, dict) else None for entry in place]
+        named = [_name(entry, key.split(".")[-2]) for entry in place]
         if named.count(part) == 1:
             return named.index(part)
         expected = f"an index from 0 to {len(place) - 1}, or a name" if place else "no index, the list is empty"
         raise InputError("no such entry", file="--set", key=key, expected=expected)
     return int(part)
+
+
+def _name(entry: object, table: str) -> object:
+    """Name of an entry of a list, given or by default."""
+    return entry.get("name", entry.get("kind", _NAMES.get(table))) if isinstance(entry, dict) else None
 
 
 def _value(text: str) -> object:
