@@ -65,7 +65,7 @@ class Camera:
         direction: from the eye to the scene, shape (3,).
         up: direction that points up in the picture, shape (3,).
         target: points in mm that fill the picture, shape (m, 3); all rods if left out.
-        margin: space around the target, as a share of the picture.
+        margin: space around the target, as a fraction of the picture.
     """
 
     direction: ArrayLike = (0.25, 1.0, -0.12)

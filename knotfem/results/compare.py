@@ -19,8 +19,8 @@ from knotfem.run.tables import write_table
 POINTS = 400
 """Displacements at which curves are compared."""
 Cell = float | str | None
-SHARE = "share"
-"""Unit of a difference relative to the first run."""
+RELATIVE = "share"
+"""Unit, in tables, of a difference relative to the first run."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Figure:
 
     Attributes:
         name: what.
-        unit: "mm", "N", "s", `SHARE` or "".
+        unit: "mm", "N", "s", `RELATIVE` or "".
         cells: one a run.
     """
 
@@ -138,13 +138,15 @@ def _forces(curves: Sequence[ForceCurve], locking: float | None) -> tuple[list[F
         Figure("compared from", "mm", [low] * len(curves)),
         Figure("compared to", "mm", [high] * len(curves)),
         Figure("force there", "N", ends),
-        Figure("force there, difference", SHARE, [None, *(_relative(end, ends[0]) for end in ends[1:])]),
+        Figure("force there, difference", RELATIVE, [None, *(_relative(end, ends[0]) for end in ends[1:])]),
         Figure("begins to lock at", "mm", [onset_of_locking(grid, c.at(grid)) for c in curves]),
-        Figure("force curve, L2 difference", SHARE, [None, *(relative_l2(c.at(grid), first.at(grid)) for c in others)]),
+        Figure(
+            "force curve, L2 difference", RELATIVE, [None, *(relative_l2(c.at(grid), first.at(grid)) for c in others)]
+        ),
     ]
     for name, part in (("before", grid[loose]), ("after", grid[~loose])):
         cells = [None, *(relative_l2(c.at(part), first.at(part)) for c in others)]
-        figures.append(Figure(f"force curve {name} locking, L2 difference", SHARE, cells))
+        figures.append(Figure(f"force curve {name} locking, L2 difference", RELATIVE, cells))
     return figures, onset
 
 
@@ -160,9 +162,9 @@ def _tensions(curves: Sequence[ForceCurve], state: CommonState) -> list[Figure]:
     return [
         where,
         Figure("force F there", "N", state.forces),
-        Figure(f"tension {unit}, L2 difference", SHARE, [None, *(profiles_apart(p, first) for p in others)]),
+        Figure(f"tension {unit}, L2 difference", RELATIVE, [None, *(profiles_apart(p, first) for p in others)]),
         Figure("knot length", "mm", sizes),
-        Figure("knot length, difference", SHARE, [None, *(_relative(size, sizes[0]) for size in sizes[1:])]),
+        Figure("knot length, difference", RELATIVE, [None, *(_relative(size, sizes[0]) for size in sizes[1:])]),
     ]
 
 

@@ -222,7 +222,7 @@ def figures(report: StepReport) -> str:
 
 
 class _Clock:
-    """Time left in a phase, from the share done since the phase began."""
+    """Time left in a phase, from the fraction done since the phase began."""
 
     def __init__(self) -> None:
         self._phase, self._start, self._fraction = "", 0.0, 0.0
