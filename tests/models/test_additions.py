@@ -8,6 +8,7 @@ from knotfem.errors import InputError
 from knotfem.models.base import Additions, Obstacle
 from knotfem.models.build import build_model
 from knotfem.models.material import NeoHooke
+from knotfem.models.solid.model import SolidModel
 from knotfem.scene import load_scene
 
 COARSE = ("rods.0.mesh.section_elements=4", "rods.0.mesh.element_length=10 mm")
@@ -46,6 +47,7 @@ def test_materials_are_those_of_a_rod_of_hexahedra():
     law = NeoHooke(1.0)
     scene = load_scene("bowline", COARSE)
     built = build_model(scene, Additions(materials={"rod": law}))
+    assert isinstance(built, SolidModel)
     assert built.body.rods[0].bulk.material is law
     with pytest.raises(InputError, match=r'materials: no rod has this name; found rods; expected "rod"'):
         build_model(scene, Additions(materials={"rods": law}))

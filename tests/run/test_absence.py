@@ -16,6 +16,9 @@ from knotfem.errors import InputError
 from knotfem.models.base import Model
 from knotfem.models.build import build_model
 from knotfem.models.effects import EFFECTS
+from knotfem.models.rod.assembly import DiscreteRods
+from knotfem.models.rod.model import RodModel
+from knotfem.models.solid.model import SolidModel
 from knotfem.scene import load_scene, scene_to_toml
 from knotfem.solver.state import Motion, State
 
@@ -51,8 +54,16 @@ ZERO = {
 """Overrides that have its table with nothing in it."""
 
 
-def model_of(*overrides: str, model: str = "fem") -> Model:
-    return build_model(load_scene("cantilever", [*BARE, f"model={model}", *overrides]))
+def model_of(*overrides: str) -> SolidModel:
+    model = build_model(load_scene("cantilever", [*BARE, *overrides]))
+    assert isinstance(model, SolidModel)
+    return model
+
+
+def rods_of(*overrides: str) -> DiscreteRods:
+    model = build_model(load_scene("cantilever", [*BARE, "model=rod", *overrides]))
+    assert isinstance(model, RodModel)
+    return model.discrete
 
 
 def names_of(model: Model) -> list[str]:
@@ -120,9 +131,9 @@ def test_mass_is_made_only_for_who_asks() -> None:
 
 
 def test_mass_of_discrete_rods_is_made_only_for_who_asks() -> None:
-    assert "mass" not in vars(model_of(model="rod").discrete)
-    assert "mass" not in vars(model_of(*ON["contact"], *ON["viscous_drag"], model="rod").discrete)
-    assert all("mass" in vars(model_of(*ON[name], model="rod").discrete) for name in ("inertia", "drag", "gravity"))
+    assert "mass" not in vars(rods_of())
+    assert "mass" not in vars(rods_of(*ON["contact"], *ON["viscous_drag"]))
+    assert all("mass" in vars(rods_of(*ON[name])) for name in ("inertia", "drag", "gravity"))
 
 
 IMPORTS = """
@@ -193,7 +204,7 @@ def test_nothing_is_searched_while_tying_or_without_contact(monkeypatch) -> None
     calls = {"search": 0}
     original = pairs.find_pairs
 
-    def counted(*arguments) -> int:
+    def counted(*arguments):
         calls["search"] += 1
         return original(*arguments)
 

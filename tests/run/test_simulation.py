@@ -16,6 +16,7 @@ from knotfem.models.base import Increment
 from knotfem.run.checkpoint import CheckpointStore
 from knotfem.run.simulation import Event, PhaseDone, Simulation, TimeStepDone
 from knotfem.scene import Scene, load_scene
+from knotfem.types import Arrays
 
 COARSE = (
     "rods.0.length=400 mm", "rods.0.mesh.section_elements=4", "rods.0.mesh.element_length=8 mm",
@@ -26,7 +27,7 @@ MODELS = ("fem", "rod")
 AMID = 4
 """Accepted steps of the pull before the interruption."""
 
-Trace = list[tuple[str, np.ndarray, np.ndarray, dict[str, dict[str, np.ndarray]], float, float, Energies]]
+Trace = list[tuple[str, np.ndarray, np.ndarray, dict[str, Arrays], float, float, Energies]]
 
 
 def scene_of(model: str, *overrides: str) -> Scene:
