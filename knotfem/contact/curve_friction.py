@@ -32,14 +32,17 @@ from knotfem.contact.curve_pairs import (
     normal_rate,
     stencil_nodes,
 )
-from knotfem.contact.law import penalty, sliding_work, spring_energy
+from knotfem.contact.law import penalty, spring_energy
 from knotfem.contact.material_frames import Frames, FrameView
 from knotfem.contact.material_points import MaterialRoom, material_room
 from knotfem.contact.pairs import PairContact
 from knotfem.contact.samples import SampleView
 from knotfem.contact.slip import (
     SlipRoom,
+    SpringView,
     contact_basis,
+    cut_slip,
+    release_slip,
     slip_rate,
     slip_room,
     traction_of,
@@ -47,35 +50,7 @@ from knotfem.contact.slip import (
     trial_slip,
 )
 from knotfem.contact.surface import PairView
-from knotfem.geometry.rotation import dot
 from knotfem.sparse.scatter import MatrixView, add_blocks
-
-MINDLIN_STIFFNESS_RATIO = 2.0 / 3.0
-"""Tangential over normal stiffness of a Hertz contact, 2 (1 - nu)/(2 - nu), for nu = 1/2 (Mindlin 1949)."""
-
-
-class SpringView(NamedTuple):
-    """Friction of each pair of discrete rods.
-
-    Attributes:
-        mu: coefficient, shape [pairs].
-        own: angle, radial and axial coordinate of the secondary rod's material point, shape [pairs, 3].
-        u: coordinate along the primary rod of its material point, shape [pairs].
-        anchor: the other coordinates of that, as in `own`.
-        stored: elastic slip in the basis of the contact plane [mm], shape [pairs, 2].
-        slip: size of the trial slip [mm], shape [pairs].
-        traction: on the secondary rod [N], shape [pairs, 3].
-        spring: tangential line stiffness [N/mm^2].
-    """
-
-    mu: np.ndarray
-    own: np.ndarray
-    u: np.ndarray
-    anchor: np.ndarray
-    stored: np.ndarray
-    slip: np.ndarray
-    traction: np.ndarray
-    spring: float
 
 
 class PairSlipRoom(NamedTuple):
@@ -310,19 +285,13 @@ def _commit(
         stored = friction.stored[k]
         spring = friction.spring * samples.measure[pairs.sample[k]] * pairs.weight[k]
         limit = friction.mu[k] * pairs.force[k]
-        before = np.sqrt(stored[0] ** 2 + stored[1] ** 2)
         if limit == 0.0:
-            lost += sliding_work(spring, before, 0.0, before)
-            stored[0] = stored[1] = 0.0
+            lost += release_slip(spring, stored)
             continue
         _pair_slip(x, frames, curves, samples, points, (pairs, k), friction, room)
-        size, e, g = room.slip.size[0], room.slip.e, room.slip.g
-        scale = 1.0
-        if spring * size > limit:
-            scale = limit / (spring * size)
-            lost += sliding_work(spring, before, scale * size, size)
-        stored[0], stored[1] = scale * dot(e, g[0]), scale * dot(e, g[1])
-        kept += 0.5 * spring * (scale * size) ** 2
+        work, energy = cut_slip(room.slip, spring, limit, stored)
+        lost += work
+        kept += energy
     return lost, kept
 
 

@@ -8,20 +8,40 @@ friction smoothed by velocity it would.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
-from knotfem.contact.pairs import PairContact
+from knotfem.contact.samples import Samples
+from knotfem.contact.surface import Surface
 from knotfem.solver.term import Role, Term, TimeStep
 from knotfem.sparse.pattern import Matrix, stencil_keys, view_of
 from knotfem.sparse.scatter import MatrixView
 from knotfem.types import Arrays
 
-if TYPE_CHECKING:
-    from knotfem.contact.obstacle import ObstacleContact
 
-    Contact = PairContact | ObstacleContact
+class Contact(Protocol):
+    """What friction asks of the term of normal contact.
+
+    Attributes:
+        name: of the term.
+        external: whether an obstacle is touched.
+        surface: of all rods.
+        samples: of it.
+        generation: number of searches; where it has changed, the contacts are others.
+        match: where each contact stood before the last search, or -1, shape [contacts].
+    """
+
+    name: str
+    external: bool
+    surface: Surface
+    samples: Samples
+    generation: int
+    match: np.ndarray
+
+    def coefficients(self, table: np.ndarray) -> np.ndarray:
+        """Coefficient of each contact, shape [contacts], from those of rods; see `Friction`."""
+        ...
 
 
 class FrictionView(Protocol):
@@ -124,11 +144,10 @@ class Friction(Term):
         contact = self.contact
         if self._generation == contact.generation:
             return
-        count = _count(contact)
-        known = contact.match >= 0 if isinstance(contact, PairContact) and self._remembers else np.zeros(count, bool)
-        rows = self.law.fresh(contact, count)
+        known = (contact.match >= 0) & self._remembers
+        rows = self.law.fresh(contact, len(known))
         for name, row in rows.items():
-            row[known] = self._rows[name][contact.match[known]] if known.any() else row[known]
+            row[known] = self._rows[name][contact.match[known]]
         self._rows, self._generation, self._remembers = rows, contact.generation, True
         self._make_view()
         self.law.anchor(x, contact, self.view, ~known)
@@ -154,7 +173,7 @@ class Friction(Term):
         return {**rows, "factor": np.array(self._factor), "kept": np.array(self._kept)}
 
     def load(self, history: Arrays) -> None:
-        fresh = self.law.fresh(self.contact, _count(self.contact))
+        fresh = self.law.fresh(self.contact, len(self.contact.match))
         self._remembers = bool(history) and all(name in history for name in fresh)
         self._rows = {name: history[name].copy() for name in fresh} if self._remembers else fresh
         self._factor = float(history.get("factor", 1.0))
@@ -175,15 +194,7 @@ class Friction(Term):
     @property
     def mu(self) -> np.ndarray:
         """Coefficient of each contact, shape [contacts]."""
-        contact = self.contact
-        if isinstance(contact, PairContact):
-            own = contact.samples.rod[contact.pairs.sample]
-            return self._factor * self.coefficients[own, contact.pairs.rod]
-        return self._factor * self.coefficients[contact.samples.rod]
+        return self._factor * self.contact.coefficients(self.coefficients)
 
     def _make_view(self) -> None:
         self.view: Any = self.law.view(self.contact, self.mu, self._rows)
-
-
-def _count(contact: Contact) -> int:
-    return contact.pairs.sample.size if isinstance(contact, PairContact) else contact.samples.count

@@ -16,6 +16,9 @@ from dataclasses import dataclass
 
 from knotfem.compiled import kernel
 
+MINDLIN_STIFFNESS_RATIO = 2.0 / 3.0
+"""Tangential over normal stiffness of a Hertz contact, 2 (1 - nu)/(2 - nu), for nu = 1/2 (Mindlin 1949)."""
+
 
 @dataclass(frozen=True)
 class Penalty:

@@ -101,16 +101,16 @@ class ObstacleContact(Term):
     Attributes:
         touch: samples near the obstacle.
         points: places of all samples [mm], shape [samples, 3].
-        generation: for friction; the samples stay the same.
+        generation, match: for friction; the samples stay the same, each one a contact.
     """
 
     name, role, external = "cylinder", Role.CONTACT, True
     generation = 0
-    match = np.zeros(0, dtype=np.int64)
 
     def __init__(self, surface: Surface, samples: Samples, law: Penalty, obstacle: RigidSurface) -> None:
         self.surface, self.samples, self.law, self.obstacle = surface, samples, law, obstacle
         self.points = np.zeros((samples.count, 3))
+        self.match = np.full(samples.count, -1)
         self._closing = surface.limits.closing * float(surface.stations.radius.min())
         self._force = np.zeros(samples.count)
         self._near = NEAR_OVER_RAMP * law.ramp
@@ -147,6 +147,10 @@ class ObstacleContact(Term):
 
     def energy(self, x: np.ndarray) -> float:
         return self._stored(self._gap)
+
+    def coefficients(self, table: np.ndarray) -> np.ndarray:
+        """Of each sample, shape [samples], from those of each rod, shape [rods]."""
+        return table[self.samples.rod]
 
     @property
     def penetration(self) -> float:

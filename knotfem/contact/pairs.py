@@ -162,6 +162,10 @@ class PairContact(Term):
         self.match = np.arange(self.pairs.sample.size)
         self.generation += 1
 
+    def coefficients(self, table: np.ndarray) -> np.ndarray:
+        """Of each pair, shape [pairs], from those of two rods each, shape [rods, rods]."""
+        return table[self.samples.rod[self.pairs.sample], self.pairs.rod]
+
     @property
     def penetration(self) -> float:
         """Deepest penetration of a rod [mm]; beyond its ends, where contact fades out, there is none of it."""

@@ -7,7 +7,32 @@ from typing import NamedTuple
 import numpy as np
 
 from knotfem.compiled import kernel
+from knotfem.contact.law import sliding_work
 from knotfem.geometry.rotation import cross, dot
+
+
+class SpringView(NamedTuple):
+    """Friction of each contact of a discrete rod.
+
+    Attributes:
+        mu: coefficient, shape [contacts].
+        own: angle, radial and axial coordinate of the secondary rod's material point, shape [contacts, 3].
+        u: coordinate along the primary rod of its material point, shape [contacts]; of none on an obstacle.
+        anchor: the other coordinates of that, as in `own`, or a point of the obstacle [mm].
+        stored: elastic slip in the basis of the contact plane [mm], shape [contacts, 2].
+        slip: size of the trial slip [mm], shape [contacts].
+        traction: on the secondary rod [N], shape [contacts, 3].
+        spring: tangential line stiffness [N/mm^2].
+    """
+
+    mu: np.ndarray
+    own: np.ndarray
+    u: np.ndarray
+    anchor: np.ndarray
+    stored: np.ndarray
+    slip: np.ndarray
+    traction: np.ndarray
+    spring: float
 
 
 class SlipRoom(NamedTuple):
@@ -111,3 +136,23 @@ def traction_rate(
     along = dot(e, de) / (size * size)
     for i in range(3):
         out[i] = limit / size * (de[i] - along * e[i]) + dlimit * e[i] / size
+
+
+@kernel
+def release_slip(spring: float, stored: np.ndarray) -> float:
+    """Let a contact without friction forget its elastic slip, shape [2]; returns the work that is lost [N mm]."""
+    before = np.sqrt(stored[0] ** 2 + stored[1] ** 2)
+    stored[0] = stored[1] = 0.0
+    return sliding_work(spring, before, 0.0, before)
+
+
+@kernel
+def cut_slip(room: SlipRoom, spring: float, limit: float, stored: np.ndarray) -> tuple[float, float]:
+    """Store the trial slip, cut to the limit, shape [2]; returns work of sliding and energy that stays [N mm]."""
+    size, lost, scale = room.size[0], 0.0, 1.0
+    if spring * size > limit:
+        before = np.sqrt(stored[0] ** 2 + stored[1] ** 2)
+        scale = limit / (spring * size)
+        lost = sliding_work(spring, before, scale * size, size)
+    stored[0], stored[1] = scale * dot(room.e, room.g[0]), scale * dot(room.e, room.g[1])
+    return lost, 0.5 * spring * (scale * size) ** 2

@@ -10,11 +10,11 @@ and the traction T = mu N psi(|e|/s) e/|e|, where n and N belong to the closest 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from knotfem.compiled import kernel
+from knotfem.contact.anchors import AnchorView, anchor_stiffness, mobilised
 from knotfem.contact.law import mobilisation, mobilisation_energy, penalty
 from knotfem.contact.pairs import PairContact
 from knotfem.contact.samples import SampleView
@@ -23,28 +23,6 @@ from knotfem.contact.tube import TubeRoom, TubeView, stencil, surface_point, tub
 from knotfem.contact.tube_pairs import PAD, TubePairRoom, tube_pair_geometry, tube_pair_room
 from knotfem.geometry.rotation import dot
 from knotfem.sparse.scatter import MatrixView, add_block
-
-MOBILISED = 0.999
-"""A contact slides where its friction force is at least this fraction of what its normal force allows: an anchor that
-was brought along stands at the stick distance, but for rounding."""
-
-
-class AnchorView(NamedTuple):
-    """Friction of each pair of tubes.
-
-    Attributes:
-        mu: coefficient, shape [pairs].
-        anchor: parameters of the anchor, shape [pairs, 2].
-        slip: |e| of pairs in contact [mm], shape [pairs].
-        traction: on the secondary surface [N], shape [pairs, 3].
-        stick: distance over which friction is mobilised [mm].
-    """
-
-    mu: np.ndarray
-    anchor: np.ndarray
-    slip: np.ndarray
-    traction: np.ndarray
-    stick: float
 
 
 @kernel(error_model="numpy")
@@ -100,14 +78,7 @@ def _traction_rates(
     limit, limit_slope = limits
     n, B = room.point.n, room.B
     dn, de, M = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
-    size = np.sqrt(dot(e, e))
-    _, psi_y, dpsi = mobilisation(size / stick)
-    # M = limit (dpsi/stick ee + psi_y/stick (I - ee)) in the direction e / |e|
-    inverse = 1.0 / size if size > 0.0 else 0.0
-    for i in range(3):
-        for j in range(3):
-            ee = e[i] * e[j] * inverse * inverse
-            M[i, j] = limit / stick * ((dpsi - psi_y) * ee + (psi_y if i == j else 0.0))
+    psi_y = anchor_stiffness(e, limit, stick, M)
     qa = anchor.q
     along = dot(n, qa)
     for c in range(36):
@@ -240,12 +211,6 @@ def _stray_stencils(
             out[count, 24 + a] = nodes[a]
         count += 1
     return count
-
-
-def mobilised(view: AnchorView, force: np.ndarray) -> np.ndarray:
-    """Whether friction of each contact is all but at its limit, for normal forces [N], shape [contacts]."""
-    size = np.linalg.norm(view.traction, axis=1)
-    return (force > 0.0) & (size >= MOBILISED * view.mu * force)
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,10 @@ from specimens import Rod, make_rod, surfaces
 from knotfem.contact.friction import Friction
 from knotfem.contact.law import Penalty
 from knotfem.contact.obstacle import ObstacleContact
-from knotfem.contact.obstacle_friction import AnchoredFriction
 from knotfem.contact.pairs import PairContact
 from knotfem.contact.rigid import Cylinder, RigidSurface
 from knotfem.contact.tube_friction import TubeFriction
+from knotfem.contact.tube_obstacle_friction import TubeObstacleFriction
 
 LAW = Penalty(stiffness=11.4, ramp=0.2)
 STICK = 0.1
@@ -91,7 +91,7 @@ def resting(turn: np.ndarray | None = None, shift: float = 0.0, on: RigidSurface
     axis = np.array([0.0, np.cos(0.4), np.sin(0.4)])
     cylinder = Cylinder(Q @ np.array([12.93, 0.4, 12.0]) + shift, Q @ axis, 10.0)
     contact = ObstacleContact(*surfaces([rod], 0.75), LAW, cylinder if on is None else on)
-    friction = Friction(contact, AnchoredFriction(STICK), np.array([0.39]), scheduled=False)
+    friction = Friction(contact, TubeObstacleFriction(STICK), np.array([0.39]), scheduled=False)
     return Resting(rod, x @ Q.T + shift, contact, friction)
 
 

@@ -7,11 +7,11 @@ from reduced import begin, gradient_error, residual, tangent_error
 
 from knotfem.contact.curve import make_samples
 from knotfem.contact.curve_friction import CurveFriction
+from knotfem.contact.curve_obstacle_friction import CurveObstacleFriction
 from knotfem.contact.curve_pairs import CurveSurface
 from knotfem.contact.friction import Friction
 from knotfem.contact.law import Penalty
 from knotfem.contact.obstacle import ObstacleContact
-from knotfem.contact.obstacle_friction import SprungFriction
 from knotfem.contact.pairs import PairContact
 from knotfem.contact.rigid import make_cylinder
 from knotfem.mesh.rod_layout import make_layout
@@ -39,7 +39,7 @@ class Coiled:
         self.friction = Friction(self.contact, law, np.array([[0.3, 0.4], [0.4, 0.5]]))
         cylinder = make_cylinder(np.array([0.1, 0.2, 0.0]), np.array([0.0, 0.1, 1.0]), R - 3.1)
         self.cylinder = ObstacleContact(surface, samples, Penalty(0.95, 0.1), cylinder)
-        self.rubbing = Friction(self.cylinder, SprungFriction(self.frames, 0.6), np.array([0.39, 0.2]))
+        self.rubbing = Friction(self.cylinder, CurveObstacleFriction(self.frames, 0.6), np.array([0.39, 0.2]))
         self.terms = [self.frames, self.contact, self.friction, self.cylinder, self.rubbing]
         begin(self.terms, x)
         self.friction.view.stored[:] = 0.05 * rng.normal(size=self.friction.view.stored.shape)

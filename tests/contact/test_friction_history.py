@@ -7,11 +7,11 @@ import pytest
 
 from knotfem.contact.curve import make_samples
 from knotfem.contact.curve_friction import CurveFriction
+from knotfem.contact.curve_obstacle_friction import CurveObstacleFriction
 from knotfem.contact.curve_pairs import CurveSurface
 from knotfem.contact.friction import Friction
 from knotfem.contact.law import Penalty
 from knotfem.contact.obstacle import ObstacleContact
-from knotfem.contact.obstacle_friction import SprungFriction
 from knotfem.contact.pairs import PairContact
 from knotfem.contact.rigid import make_cylinder
 from knotfem.mesh.rod_layout import make_layout
@@ -37,7 +37,7 @@ def discrete(obstacle: bool) -> tuple[list[Term], np.ndarray]:
     if obstacle:
         cylinder = make_cylinder(np.array([18.6, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]), 10.0)
         contact = ObstacleContact(surface, samples, LAW, cylinder)
-        return [frames, contact, Friction(contact, SprungFriction(frames, 0.6), np.full(2, 0.4))], x
+        return [frames, contact, Friction(contact, CurveObstacleFriction(frames, 0.6), np.full(2, 0.4))], x
     pairs = PairContact(surface, samples, LAW)
     return [frames, pairs, Friction(pairs, CurveFriction(frames, 0.3), np.full((2, 2), 0.4))], x
 

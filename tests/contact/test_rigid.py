@@ -10,11 +10,11 @@ from specimens import make_rod, surfaces
 
 import knotfem as kf
 from knotfem.contact.curve import make_samples
+from knotfem.contact.curve_obstacle_friction import CurveObstacleFriction
 from knotfem.contact.curve_pairs import CurveSurface
 from knotfem.contact.friction import Friction
 from knotfem.contact.law import Penalty
 from knotfem.contact.obstacle import ObstacleContact
-from knotfem.contact.obstacle_friction import SprungFriction
 from knotfem.contact.rigid import Foot, make_cylinder
 from knotfem.errors import InputError
 from knotfem.mesh.rod_layout import make_layout
@@ -202,7 +202,7 @@ class Rope:
         self.frames = Frames(self.layout, x, np.tile([1.0, 0.2, 0.1], (13, 1)))
         surface = CurveSurface(self.layout)
         self.contact = ObstacleContact(surface, make_samples(self.layout, samples), Penalty(0.95, ramp), self.sphere)
-        law = SprungFriction(self.frames, 0.6)
+        law = CurveObstacleFriction(self.frames, 0.6)
         self.friction = Friction(self.contact, law, np.array([MU]), scheduled=False)
         self.terms = [self.frames, self.contact, self.friction]
         self.x = x

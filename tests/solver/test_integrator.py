@@ -10,10 +10,10 @@ from specimens import at_rest, cross_sections, make_rod, surfaces
 from knotfem.contact.friction import Friction
 from knotfem.contact.law import Penalty
 from knotfem.contact.obstacle import ObstacleContact
-from knotfem.contact.obstacle_friction import AnchoredFriction
 from knotfem.contact.pairs import PairContact
 from knotfem.contact.rigid import make_cylinder
 from knotfem.contact.tube_friction import TubeFriction
+from knotfem.contact.tube_obstacle_friction import TubeObstacleFriction
 from knotfem.errors import NotConverged, Stopped
 from knotfem.solver.constraints import driven, held
 from knotfem.solver.nonlinear.newton import Newton
@@ -214,7 +214,7 @@ def rubbing() -> tuple[Integration, State, Friction]:
     x = rod.mesh.nodes + np.array([3.02, 0.0, 0.0])
     cylinder = make_cylinder(np.array([-10.0, 0.0, 8.0]), np.array([0.0, 1.0, 0.0]), 10.0)
     contact = ObstacleContact(*surfaces([rod], 1.0), Penalty(11.4, 0.2), cylinder)
-    friction = Friction(contact, AnchoredFriction(0.1), np.array([0.4]))
+    friction = Friction(contact, TubeObstacleFriction(0.1), np.array([0.4]))
     terms = [*rod.terms, Inertia(rod.mass), Drag(rod.mass, 20.0), contact, friction]
     ends = [
         driven(rod.sections[k], x[rod.sections[k]], np.array([-0.1, 0.0, 1.0]), lambda time: 2.0 * time)

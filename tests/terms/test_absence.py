@@ -13,10 +13,10 @@ from specimens import accepted_steps, at_rest, cross_sections, make_core, make_r
 from knotfem.contact.friction import Friction
 from knotfem.contact.law import Penalty
 from knotfem.contact.obstacle import ObstacleContact
-from knotfem.contact.obstacle_friction import AnchoredFriction
 from knotfem.contact.pairs import PairContact
 from knotfem.contact.rigid import make_cylinder
 from knotfem.contact.tube_friction import TubeFriction
+from knotfem.contact.tube_obstacle_friction import TubeObstacleFriction
 from knotfem.solver.constraints import driven, held
 from knotfem.solver.nonlinear.line_search import Armijo
 from knotfem.solver.nonlinear.newton import Newton
@@ -63,7 +63,7 @@ class Bench:
         return Friction(self.contact, TubeFriction(STICK), np.full((2, 2), mu))
 
     def cylinder_friction(self, mu: float) -> Friction:
-        return Friction(self.cylinder, AnchoredFriction(STICK), np.full(2, mu), scheduled=False)
+        return Friction(self.cylinder, TubeObstacleFriction(STICK), np.full(2, mu), scheduled=False)
 
     def run(self, *more: Term) -> np.ndarray:
         """Positions after three steps of the rods with some terms."""

@@ -135,10 +135,10 @@ class DiscreteRods:
             self.terms.append(touching)
             rubbing = np.broadcast_to(np.asarray(obstacle.friction, dtype=float), (count,)).copy()
             if rubbing.max() > 0.0:
+                from knotfem.contact.curve_obstacle_friction import CurveObstacleFriction
                 from knotfem.contact.friction import Friction
-                from knotfem.contact.obstacle_friction import SprungFriction
 
-                law = SprungFriction(self.frames, _tangential(spec, stiffness))
+                law = CurveObstacleFriction(self.frames, _tangential(spec, stiffness))
                 self.terms.append(Friction(touching, law, rubbing, scheduled=False))
                 self.terms[-1].number = number
 
@@ -217,6 +217,6 @@ class DiscreteRods:
 
 
 def _tangential(spec: ContactSpec, stiffness: float) -> float:
-    from knotfem.contact.curve_friction import MINDLIN_STIFFNESS_RATIO
+    from knotfem.contact.law import MINDLIN_STIFFNESS_RATIO
 
     return stiffness * (MINDLIN_STIFFNESS_RATIO if spec.tangential is None else spec.tangential)

@@ -93,9 +93,9 @@ def _contact_terms(body: Body, obstacles: tuple[Obstacle, ...]) -> list[Term]:
     for number, (contact, mu) in enumerate(zip(touching, coefficients, strict=True), 1):
         if mu.max() > 0.0:
             from knotfem.contact.friction import Friction
-            from knotfem.contact.obstacle_friction import AnchoredFriction
+            from knotfem.contact.tube_obstacle_friction import TubeObstacleFriction
 
-            terms.append(Friction(contact, AnchoredFriction(stick), mu, scheduled=False))
+            terms.append(Friction(contact, TubeObstacleFriction(stick), mu, scheduled=False))
             terms[-1].number = number
     return terms
 

@@ -14,8 +14,8 @@ from scipy.optimize import root_scalar
 from knotfem.contact.friction import Friction
 from knotfem.contact.law import Penalty
 from knotfem.contact.obstacle import ObstacleContact
-from knotfem.contact.obstacle_friction import AnchoredFriction
 from knotfem.contact.rigid import Cylinder
+from knotfem.contact.tube_obstacle_friction import TubeObstacleFriction
 from knotfem.geometry.frames import rotation_minimising_frame
 from knotfem.models.solid.elasticity import Elasticity
 from knotfem.models.solid.formulation import brick_formulation
@@ -163,7 +163,7 @@ def drape(
     terms: list[Term] = [term for part in parts for term in part.terms]
     terms += [Drag(rod.mass, 20.0), drum]
     if mu > 0.0:
-        terms.append(Friction(drum, AnchoredFriction(0.5 * ramp), np.array([mu])))
+        terms.append(Friction(drum, TubeObstacleFriction(0.5 * ramp), np.array([mu])))
     return Draped(rod, x, parts[len(parts) // 2], drum, terms)
 
 

@@ -13,8 +13,8 @@ import numpy as np
 from knotfem.contact.friction import Friction
 from knotfem.contact.law import Penalty
 from knotfem.contact.obstacle import ObstacleContact
-from knotfem.contact.obstacle_friction import AnchoredFriction
 from knotfem.contact.rigid import Cylinder
+from knotfem.contact.tube_obstacle_friction import TubeObstacleFriction
 from knotfem.solver.nonlinear.line_search import Armijo
 from knotfem.solver.nonlinear.newton import Newton
 from knotfem.solver.nonlinear.tolerance import ForceTolerance
@@ -58,7 +58,7 @@ def block(angle: float, steps: int) -> tuple[Iterator[AcceptedStep], ObstacleCon
     plane = Cylinder(np.array([-3.0 * c - radius, 0.0, 0.0]), np.array([0.0, 0.0, 1.0]), radius)
     contact = ObstacleContact(surface, samples, Penalty(11.4, 0.2), plane)
     terms = [*rod.terms, Inertia(rod.mass), Tilting(rod.mass, angle), contact]
-    terms.append(Friction(contact, AnchoredFriction(STICK), np.array([MU])))
+    terms.append(Friction(contact, TubeObstacleFriction(STICK), np.array([MU])))
     system = System(terms, len(rod.mesh.nodes), make_solver("superlu"), BackwardEuler())
     newton = Newton(ForceTolerance(1e-9, 1e-8), Armijo(whole_below=10.0), largest_move=10.0)
     times, sections = [STEP * steps], cross_sections(rod)

@@ -43,8 +43,10 @@ MODULES = {
     "viscous_drag": {"terms.viscous"},
     "load": {"terms.load"},
     "contact": {f"contact.{name}" for name in ("pairs", "curve_pairs", "curve", "search")},
-    "friction": {"contact.friction", "contact.curve_friction", "contact.slip"},
-    "cylinder": {"contact.obstacle", "contact.obstacle_friction"},
+    "friction": {"contact.curve_friction"},
+    "any friction": {"contact.friction", "contact.slip", "contact.material_points"},
+    "cylinder": {"contact.obstacle"},
+    "cylinder friction": {"contact.curve_obstacle_friction"},
 }
 """By the effect that needs them."""
 
@@ -88,15 +90,24 @@ print(json.dumps(sorted(name for name in sys.modules if name.startswith("knotfem
 """
 
 
-@pytest.mark.parametrize("overrides", [(), TOUCHING], ids=["bare", "contact"])
+@pytest.mark.parametrize(
+    ("overrides", "present"),
+    [
+        ((), set()),
+        (TOUCHING, {"contact"}),
+        ((*TOUCHING, PEG % 0.4), {"contact", "any friction", "cylinder", "cylinder friction"}),
+    ],
+    ids=["bare", "contact", "cylinder"],
+)
 @pytest.mark.parametrize("where", ["in memory", "on disk"])
-def test_a_whole_run_imports_no_absent_effect(tmp_path, where: str, overrides: tuple[str, ...]) -> None:
+def test_a_whole_run_imports_no_absent_effect(
+    tmp_path, where: str, overrides: tuple[str, ...], present: set[str]
+) -> None:
     out = str(tmp_path / "run") if where == "on disk" else ""
     arguments = [sys.executable, "-c", IMPORTS, json.dumps([*BARE, *overrides]), out]
     done = subprocess.run(arguments, capture_output=True, text=True, check=True)
     found = set(json.loads(done.stdout.splitlines()[-1]))
     assert "knotfem.models.rod.bend" in found
-    present = {"contact"} if overrides else set()
     for name, modules in MODULES.items():
         its_own = {f"knotfem.{module}" for module in modules}
         assert its_own & found == (its_own if name in present else set()), name

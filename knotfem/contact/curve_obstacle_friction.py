@@ -1,4 +1,4 @@
-"""Friction on a rigid surface: of tubes from anchors on it, of discrete rods by springs.
+"""Friction of discrete rods on a rigid surface, by springs.
 
 The obstacle has no unknowns of its own; all else is as between rods. The derivative of the normal by the sample's place
 is the Hessian of the distance.
@@ -13,141 +13,24 @@ import numpy as np
 
 from knotfem.compiled import kernel
 from knotfem.contact import material_points as material
-from knotfem.contact.curve_friction import SpringView
-from knotfem.contact.law import mobilisation, mobilisation_energy, penalty, sliding_work, spring_energy
+from knotfem.contact.law import penalty, spring_energy
 from knotfem.contact.material_frames import Frames, FrameView
 from knotfem.contact.material_points import MaterialRoom, material_room
-from knotfem.contact.obstacle import ObstacleContact, TouchView, add_sample_block
+from knotfem.contact.obstacle import ObstacleContact, TouchView
 from knotfem.contact.samples import SampleView
-from knotfem.contact.slip import SlipRoom, contact_basis, slip_rate, slip_room, traction_of, traction_rate, trial_slip
-from knotfem.contact.tube_friction import AnchorView, mobilised
-from knotfem.geometry.rotation import dot
+from knotfem.contact.slip import (
+    SlipRoom,
+    SpringView,
+    contact_basis,
+    cut_slip,
+    release_slip,
+    slip_rate,
+    slip_room,
+    traction_of,
+    traction_rate,
+    trial_slip,
+)
 from knotfem.sparse.scatter import MatrixView, add_blocks
-
-
-@kernel(error_model="numpy")
-def _anchored(
-    samples: SampleView, points: np.ndarray, touch: TouchView, friction: AnchorView, residual: np.ndarray,
-    matrix: MatrixView,
-) -> bool:  # fmt: skip
-    """Residual and tangent of the friction of samples near an obstacle, from their anchors on it."""
-    width, count = len(matrix.components), samples.nodes.shape[1]
-    q, e = np.empty(3), np.empty(3)
-    M, part, block = np.empty((3, 3)), np.empty((3, 3)), np.zeros((width * count, width * count))
-    for k in range(touch.sample.size):
-        s: int = touch.sample[k]
-        n, dn = touch.normal[k], touch.turn[k]
-        friction.slip[s] = 0.0
-        friction.traction[s] = 0.0
-        _, pressure, slope = penalty(touch.gap[k], touch.stiffness, touch.ramp)
-        if pressure == 0.0 or friction.mu[s] == 0.0:
-            continue
-        for i in range(3):
-            q[i] = points[s, i] - friction.anchor[s, i]
-        along = dot(n, q)
-        for i in range(3):
-            e[i] = q[i] - along * n[i]
-        size = np.sqrt(dot(e, e))
-        friction.slip[s] = size
-        _, psi_y, dpsi = mobilisation(size / friction.stick)
-        limit = friction.mu[s] * samples.measure[s] * pressure
-        for i in range(3):
-            friction.traction[s, i] = -limit * psi_y / friction.stick * e[i]
-        for a in range(count):
-            for i in range(3):
-                residual[samples.nodes[s, a], i] -= samples.weights[s, a] * friction.traction[s, i]
-        if not matrix.wanted:
-            continue
-        inverse = 1.0 / size if size > 0.0 else 0.0
-        for i in range(3):
-            for j in range(3):
-                ee = e[i] * e[j] * inverse * inverse
-                M[i, j] = limit / friction.stick * ((dpsi - psi_y) * ee + (psi_y if i == j else 0.0))
-        for i in range(3):
-            lost = friction.mu[s] * samples.measure[s] * slope * psi_y / friction.stick * e[i]
-            for j in range(3):
-                qdn = q[0] * dn[0, j] + q[1] * dn[1, j] + q[2] * dn[2, j]
-                value = -lost * n[j]
-                for m in range(3):
-                    de = (1.0 if m == j else 0.0) - n[m] * n[j] - along * dn[m, j] - n[m] * qdn
-                    value += M[i, m] * de
-                part[i, j] = value
-        if not add_sample_block(samples, s, part, matrix, block):
-            return False
-    return True
-
-
-@kernel
-def _anchored_potential(points: np.ndarray, normal: np.ndarray, touch: TouchView, friction: AnchorView) -> float:
-    q, total = np.empty(3), 0.0
-    for k in range(touch.sample.size):
-        s: int = touch.sample[k]
-        if touch.force[s] == 0.0:
-            continue
-        for i in range(3):
-            q[i] = points[s, i] - friction.anchor[s, i]
-        size = np.sqrt(max(dot(q, q) - dot(normal[k], q) ** 2, 0.0))
-        total += friction.mu[s] * touch.force[s] * friction.stick * mobilisation_energy(size / friction.stick)
-    return total
-
-
-@dataclass(frozen=True)
-class AnchoredFriction:
-    """Friction of tubes on a rigid surface; see `knotfem.contact.friction.FrictionLaw`.
-
-    Attributes:
-        stick: distance over which friction is mobilised [mm].
-    """
-
-    stick: float
-
-    def fresh(self, contact: ObstacleContact, count: int) -> dict[str, np.ndarray]:
-        """Anchors, points of the obstacle [mm]."""
-        return {"anchor": np.zeros((count, 3))}
-
-    def view(self, contact: ObstacleContact, mu: np.ndarray, rows: dict[str, np.ndarray]) -> AnchorView:
-        """See the law."""
-        return AnchorView(mu, rows["anchor"], np.zeros(mu.size), np.zeros((mu.size, 3)), self.stick)
-
-    def assemble(
-        self, x: np.ndarray, contact: ObstacleContact, view: AnchorView, residual: np.ndarray, matrix: MatrixView
-    ) -> bool:
-        """See the law."""
-        return _anchored(contact.samples.view, contact.points, contact.touch, view, residual, matrix)
-
-    def potential(self, x: np.ndarray, contact: ObstacleContact, view: AnchorView) -> float:
-        """See the law."""
-        points = contact.samples.places(x)
-        normal = contact.obstacle.foot(points[contact.touch.sample]).normal
-        return _anchored_potential(points, normal, contact.touch, view)
-
-    def commit(self, x: np.ndarray, contact: ObstacleContact, view: AnchorView) -> tuple[float, float]:
-        """Anchors of free samples go to the closest point, sliding ones follow at the stick distance."""
-        foot = contact.obstacle.foot(contact.points)
-        closest = contact.points - foot.distance[:, None] * foot.normal
-        free = contact.touch.force == 0.0
-        slides = ~free & (view.slip > self.stick)
-        view.anchor[free] = closest[free]
-        if slides.any():
-            part = (self.stick / view.slip[slides])[:, None]
-            moved = closest[slides] + part * (view.anchor[slides] - closest[slides])
-            there = contact.obstacle.foot(moved)
-            view.anchor[slides] = moved - there.distance[:, None] * there.normal
-        return float("nan"), 0.0
-
-    def anchor(self, x: np.ndarray, contact: ObstacleContact, view: AnchorView, chosen: np.ndarray) -> None:
-        """See the law."""
-        points = contact.points[chosen]
-        foot = contact.obstacle.foot(points)
-        view.anchor[chosen] = points - foot.distance[:, None] * foot.normal
-
-    def sliding(self, contact: ObstacleContact, view: AnchorView) -> np.ndarray:
-        """Whether friction of each sample is fully mobilised, shape [samples]."""
-        return mobilised(view, contact.touch.force)
-
-    def stencils(self, contact: ObstacleContact, view: AnchorView) -> np.ndarray | None:
-        """None beyond those of normal contact."""
-        return None
 
 
 class SampleSlipRoom(NamedTuple):
@@ -178,7 +61,7 @@ def _sample_slip(
 
 
 @kernel
-def _sprung(
+def _assemble(
     x: np.ndarray, frames: FrameView, samples: SampleView, touch: TouchView, friction: SpringView, residual: np.ndarray,
     matrix: MatrixView,
 ) -> bool:  # fmt: skip
@@ -257,7 +140,7 @@ def _sample_tangent(
 
 
 @kernel
-def _sprung_potential(
+def _potential(
     x: np.ndarray, frames: FrameView, samples: SampleView, normal: np.ndarray, touch: TouchView, friction: SpringView
 ) -> float:
     room, total = SampleSlipRoom(material_room(), slip_room()), 0.0
@@ -271,7 +154,7 @@ def _sprung_potential(
 
 
 @kernel
-def _sprung_commit(
+def _commit(
     x: np.ndarray, frames: FrameView, samples: SampleView, normal: np.ndarray, force: np.ndarray, friction: SpringView
 ) -> tuple[float, float]:
     """Cut the slip of sliding samples; see `knotfem.contact.curve_friction`."""
@@ -279,19 +162,13 @@ def _sprung_commit(
     lost, kept = 0.0, 0.0
     for s in range(force.size):
         limit, spring, stored = friction.mu[s] * force[s], friction.spring * samples.measure[s], friction.stored[s]
-        before = np.sqrt(stored[0] ** 2 + stored[1] ** 2)
         if limit == 0.0:
-            lost += sliding_work(spring, before, 0.0, before)
-            stored[0] = stored[1] = 0.0
+            lost += release_slip(spring, stored)
             continue
         _sample_slip(x, frames, samples, s, normal[s], friction, room)
-        size, e, g = room.slip.size[0], room.slip.e, room.slip.g
-        scale = 1.0
-        if spring * size > limit:
-            scale = limit / (spring * size)
-            lost += sliding_work(spring, before, scale * size, size)
-        stored[0], stored[1] = scale * dot(e, g[0]), scale * dot(e, g[1])
-        kept += 0.5 * spring * (scale * size) ** 2
+        work, energy = cut_slip(room.slip, spring, limit, stored)
+        lost += work
+        kept += energy
     return lost, kept
 
 
@@ -308,7 +185,7 @@ def _anchor_samples(
 
 
 @dataclass(frozen=True, eq=False)
-class SprungFriction:
+class CurveObstacleFriction:
     """Friction of discrete rods on a rigid surface; see `knotfem.contact.friction.FrictionLaw`.
 
     Attributes:
@@ -333,18 +210,18 @@ class SprungFriction:
         self, x: np.ndarray, contact: ObstacleContact, view: SpringView, residual: np.ndarray, matrix: MatrixView
     ) -> bool:
         """See the law."""
-        return _sprung(x, self.frames.material_view, contact.samples.view, contact.touch, view, residual, matrix)
+        return _assemble(x, self.frames.material_view, contact.samples.view, contact.touch, view, residual, matrix)
 
     def potential(self, x: np.ndarray, contact: ObstacleContact, view: SpringView) -> float:
         """See the law."""
         places = contact.samples.places(x)[contact.touch.sample]
         normal = contact.obstacle.foot(places).normal
-        return _sprung_potential(x, self.frames.material_view, contact.samples.view, normal, contact.touch, view)
+        return _potential(x, self.frames.material_view, contact.samples.view, normal, contact.touch, view)
 
     def commit(self, x: np.ndarray, contact: ObstacleContact, view: SpringView) -> tuple[float, float]:
         """See the law."""
         normal, frames = contact.obstacle.foot(contact.points).normal, self.frames.material_view
-        found = _sprung_commit(x, frames, contact.samples.view, normal, contact.touch.force, view)
+        found = _commit(x, frames, contact.samples.view, normal, contact.touch.force, view)
         self.anchor(x, contact, view, np.ones(len(normal), dtype=bool))
         return found
 
