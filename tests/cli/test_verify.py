@@ -59,7 +59,7 @@ def test_all_green() -> None:
 
 
 @pytest.mark.parametrize("name", ["one", "one:b", "two"])
-def test_a_failed_check_ends_with_4(name: str) -> None:
+def test_a_failed_check_exits_with_status_4(name: str) -> None:
     result = CliRunner().invoke(verify, ["--only", name])
     assert result.exit_code == 4
     assert "FAIL" in result.output
@@ -88,7 +88,7 @@ def test_json_and_csv_hold_the_same(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("kind", "code"), [(Interrupted, 130), (Stopped, 75)])
-def test_a_stopped_suite_keeps_the_results_before(
+def test_an_interrupted_run_of_cases_keeps_the_results_so_far(
     kind: type[KnotfemError], code: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     def stops() -> list[Quantity]:

@@ -74,5 +74,5 @@ def test_samples_cover_the_rods_evenly():
     np.testing.assert_allclose(s.places(x)[:, 0], s.u * layout.spacing[s.rod], atol=1e-12)
 
 
-def test_a_point_goes_from_middle_to_middle():
+def test_interpolation_goes_from_one_edge_midpoint_to_the_next():
     assert [between_middles(u, 3) for u in (3.0, 3.5, 4.0, 4.5, 5.0)] == [0.0, 0.0, 0.5, 1.0, 1.0]

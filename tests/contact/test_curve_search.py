@@ -31,7 +31,7 @@ def by_hand(model: Rods) -> set[tuple[int, int]]:
     return found
 
 
-def test_finds_the_neighbouring_turns_of_a_coil():
+def test_finds_all_pairs_of_a_close_wound_helix():
     model = begun(Rods([spec(looped(3.0, 2 * RADIUS))], contact()))
     expected, found = by_hand(model), set(places(model.contact.pairs, 0))
     assert len(expected) > 300
