@@ -211,8 +211,7 @@ class Rods:
         if held.size:
             row = self.layout.nodes + int(held[0])
             return EndFrame(history["tangent"][row], history["director"][row])
-        frames, edge = self.discrete.frames, node if side == "start" else node - 1
-        frames.load(history)
+        frames, edge = self.discrete.frames.of(history), node if side == "start" else node - 1
         return EndFrame(frames.current(self.x)[0][edge], frames.material(self.x)[edge])
 
     def placed(self, side: str, path: VectorHistory, rod: int = 0) -> End:

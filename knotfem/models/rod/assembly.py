@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,6 +22,9 @@ from knotfem.solver.system import System, labelled
 from knotfem.solver.term import Conditions, Term
 from knotfem.sparse.linear import make_solver
 from knotfem.terms.axial import AxialStiffness
+
+if TYPE_CHECKING:
+    from knotfem.models.rod.damping import Dashpot  # with compiled loops, for rods with internal damping only
 
 MERIT_STIFFNESS_OVER_BENDING = 5.0
 """Axial stiffness of the line search's merit, in units of B/r^2; the true one rejects every rotation."""
@@ -68,20 +72,25 @@ class DiscreteRods:
         self.stretch.view.force[:] = self.stretch.tension(x)
         self.bend = Bend(self.frames, bending)
         self.twist = Twist(self.frames, np.array([rod.twisting for rod in rods]))
-        self.damping: list[Term] = []
+        self.damping: tuple[Dashpot, ...] = ()
+        self._along: list[AxialStiffness] = [self.stretch]
+        self._about: list[Twist] = [self.twist]
         self.terms: list[Term] = [self.frames, self.stretch, self.bend, self.twist]
         if any(rod.relaxation_time > 0.0 for rod in rods):
             from knotfem.models.rod.damping import make_damping
 
             times = [rod.relaxation_time for rod in rods]
-            self.damping += make_damping(self.stretch, self.bend, self.twist, self.frames, times)
+            self.damping = (along, _, about) = make_damping(self.stretch, self.bend, self.twist, self.frames, times)
+            self._along.append(along)
+            self._about.append(about)
             self.terms += self.damping
         self._add_masses(inertia, drag, gravity)
         if contact is not None:
             self._add_contact(contact, obstacles)
         elif obstacles:
             raise InputError("obstacles need contact", key="rods")
-        self.initial = State.of(Motion.at_rest(x), self._history())
+        own = {label: term.history() for label, term in labelled([self.frames, self.stretch])}
+        self.initial = self.clamped(State.of(Motion.at_rest(x), own), ())
 
     def _stretch(self, bending: np.ndarray) -> AxialStiffness:
         edges, layout = self.layout.edges, self.layout
@@ -142,15 +151,21 @@ class DiscreteRods:
                 self.terms.append(Friction(touching, law, rubbing, scheduled=False))
                 self.terms[-1].number = number
 
-    def clamped(self, state: State, clamps: Sequence[Clamp]) -> State:
-        """A state with other clamps, from which a step sets out; internal damping begins at no rate."""
+    def load(self, state: State) -> None:
+        """Let the terms take the history variables of a state; those that are not in it begin anew."""
         for label, term in labelled(self.terms):
             term.load(state.history.get(label, {}))
-        history = dict(state.history)
+
+    def clamped(self, state: State, clamps: Sequence[Clamp]) -> State:
+        """A state with other clamps, from which a step sets out; internal damping begins at no rate."""
         labels = {id(term): label for label, term in labelled(self.terms)}
-        history[labels[id(self.frames)]] = self.frames.clamped_at(clamps, state.x, state.time)
+        history = dict(state.history)
+        label = labels[id(self.frames)]
+        frames = self.frames.of(history.get(label, {}))
+        history[label] = frames.clamped_at(clamps, state.x, state.time)
         for dashpot in self.damping:
-            history[labels[id(dashpot)]] = dashpot.at_rest(state.x)  # pyright: ignore[reportAttributeAccessIssue]
+            label = labels[id(dashpot)]
+            history[label] = dashpot.at_rest(state.x, frames, history.get(label, {}))
         return State.of(state, history)
 
     def system(
@@ -192,28 +207,16 @@ class DiscreteRods:
 
     def tension(self, x: np.ndarray) -> np.ndarray:
         """Axial force of each segment [N], internal damping included, shape [segments]."""
-        axial = self.stretch.tension(x)
-        for dashpot in self.damping:
-            if isinstance(dashpot, AxialStiffness):
-                axial = axial + dashpot.tension(x)
-        return axial
+        return np.sum([term.tension(x) for term in self._along], axis=0)
 
     def torque(self, x: np.ndarray) -> np.ndarray:
         """Twisting moment of each vertex [N mm], internal damping included, shape [vertices]."""
-        torque = self.twist.torque(x)
-        for dashpot in self.damping:
-            if isinstance(dashpot, Twist):
-                torque = torque + dashpot.torque(x)
-        return torque
+        return np.sum([term.torque(x) for term in self._about], axis=0)
 
     def clamp_couples(self, x: np.ndarray) -> np.ndarray:
         """Couple of each clamp on its rod [N mm], shape [clamps, 3]."""
         none = np.zeros((self.frames.clamped.size, 3))
         return sum((term.clamp_couples(x) for term in self.terms if isinstance(term, VertexTerm)), none)
-
-    def _history(self) -> dict[str, dict[str, np.ndarray]]:
-        found = {label: dict(term.history()) for label, term in labelled([self.frames, self.stretch])}
-        return found
 
 
 def _tangential(spec: ContactSpec, stiffness: float) -> float:

@@ -41,16 +41,27 @@ class Dashpot(Term, ABC):
     _last: Arrays
 
     @abstractmethod
-    def strains(self, x: np.ndarray) -> Arrays:
-        """What must be known of a state to tell how far another is from it."""
+    def strains(self, x: np.ndarray, frames: Frames | None = None) -> Arrays:
+        """What must be known of a state to tell how far another is from it.
+
+        Args:
+            x: positions and rotations, shape [nodes, 4].
+            frames: of the rods there; None for the present ones.
+        """
 
     @abstractmethod
     def potential(self, x: np.ndarray) -> float:
         """Of the forces in a step [N mm]: half of what it dissipates."""
 
-    def at_rest(self, x: np.ndarray) -> Arrays:
-        """History variables of rods that set out from x, shape [nodes, 4], at no rate."""
-        here = self.strains(x)
+    def at_rest(self, x: np.ndarray, frames: Frames, before: Arrays) -> Arrays:
+        """History variables of rods that set out at no rate.
+
+        Args:
+            x: positions and rotations, shape [nodes, 4].
+            frames: of the rods there.
+            before: its history variables in the state that they come from; none for rods that begin.
+        """
+        here = self.strains(x, frames)
         return _named(here, here, 0.0)
 
     def begin(self, step: TimeStep) -> None:
@@ -111,7 +122,7 @@ class StretchDamping(Dashpot, AxialStiffness):
     def describe(self) -> str:
         return listed(self._damping, "EA tau", "N s")
 
-    def strains(self, x: np.ndarray) -> Arrays:
+    def strains(self, x: np.ndarray, frames: Frames | None = None) -> Arrays:
         return {"strain": self.strain(x)}
 
     def potential(self, x: np.ndarray) -> float:
@@ -120,8 +131,9 @@ class StretchDamping(Dashpot, AxialStiffness):
     def merit(self, x: np.ndarray) -> float:
         return AxialStiffness.merit(self, x)
 
-    def at_rest(self, x: np.ndarray) -> Arrays:
-        return {**super().at_rest(x), "force": self.view.force.copy()}
+    def at_rest(self, x: np.ndarray, frames: Frames, before: Arrays) -> Arrays:
+        force = before.get("force", np.zeros_like(self.view.force))
+        return {**super().at_rest(x, frames, before), "force": force}
 
     def history(self) -> Arrays:
         return {**AxialStiffness.history(self), **super().history()}
@@ -154,8 +166,8 @@ class TwistDamping(Dashpot, Twist):
     def rest(self) -> np.ndarray:
         return self._first["twist"]
 
-    def strains(self, x: np.ndarray) -> Arrays:
-        return {"twist": self.frames.twists(x)}
+    def strains(self, x: np.ndarray, frames: Frames | None = None) -> Arrays:
+        return {"twist": (frames or self.frames).twists(x)}
 
     def potential(self, x: np.ndarray) -> float:
         return Twist.energy(self, x)
@@ -180,8 +192,8 @@ class BendDamping(Dashpot, Bend):
     def modulus(self) -> np.ndarray:
         return self.rate * super().modulus
 
-    def strains(self, x: np.ndarray) -> Arrays:
-        tangent, director = self.frames.current(x)
+    def strains(self, x: np.ndarray, frames: Frames | None = None) -> Arrays:
+        tangent, director = (frames or self.frames).current(x)
         return {"tangent": tangent, "director": director, "rotation": x[:, 3] * self.frames.view.per_radius}
 
     def clamp_couples(self, x: np.ndarray) -> np.ndarray:
@@ -214,7 +226,7 @@ class BendDamping(Dashpot, Bend):
 
 def make_damping(
     stretch: AxialStiffness, bend: Bend, twist: Twist, frames: Frames, times: Sequence[float]
-) -> list[Dashpot]:
+) -> tuple[StretchDamping, BendDamping, TwistDamping]:
     """Internal damping of stretch, bend and twist of all rods.
 
     Args:
@@ -226,8 +238,8 @@ def make_damping(
     """
     tau = np.asarray(times, dtype=float)
     edges = tau[frames.layout.rod[stretch.view.nodes[:, 0]]]
-    return [
+    return (
         StretchDamping(stretch, edges),
         BendDamping(frames, tau * bend.stiffness),
         TwistDamping(frames, tau * twist.stiffness),
-    ]
+    )

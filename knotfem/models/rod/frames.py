@@ -12,7 +12,8 @@ kappa h/2 from its end to the middle of its first edge. (Holding the first edge 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from copy import copy
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -122,8 +123,14 @@ class Frames(Term):
         self._set(self.clamped, tangent0, director0, self._turns(tangent0, director0))
         self._initial = self.history()
 
+    def of(self, history: Arrays) -> Self:
+        """Frames of the same rods with other history variables; these here stay as they are."""
+        other = copy(self)
+        other.load(history)
+        return other
+
     def clamped_at(self, clamps: Sequence[Clamp], x: np.ndarray, time: float) -> Arrays:
-        """History variables of the present frames with other clamps, the rods being at x, shape [nodes, 4].
+        """Take other clamps, the rods being at x, shape [nodes, 4]; returns the history variables with them.
 
         Whole turns are taken such that the clamps twist the rod least.
 

@@ -73,6 +73,7 @@ class RodModel(Model):
         self.warnings = [*(warning for rod in initial for warning in rod.target.warnings), *coarse(scene)]
         self._tied = source is not None
         self._initial = self._held(initial_ends=[rod.ends for rod in initial])
+        self.discrete.load(self._initial)
 
     def _held(self, initial_ends: Sequence[tuple[EndFrame, EndFrame]]) -> State:
         """The initial state, all ends clamped as the initial configuration has them."""
@@ -170,13 +171,13 @@ class RodModel(Model):
 
     def _end_frame(self, rod: int, side: str, state: State) -> EndFrame:
         """Orientation of an end: as its clamp has it, or as the rod itself has it where there is none."""
-        end, frames = self.end_nodes(rod, side), self.discrete.frames
+        end = self.end_nodes(rod, side)
         history = state.history[FRAMES]
         held = np.flatnonzero(history["clamped"] == end.outer)
         if held.size:
             row = self.nodes + int(held[0])
             return EndFrame(history["tangent"][row].copy(), history["director"][row].copy())
-        frames.load(history)
+        frames = self.discrete.frames.of(history)
         edge = min(end.outer, end.inner)
         return EndFrame(frames.current(state.x)[0][edge], frames.material(state.x)[edge])
 

@@ -50,7 +50,7 @@ class Moved:
         clamps = [Clamp(0, lambda time: (Q @ lean(time), Q[:, 2]))]
         self.frames.clamped_at(clamps, x, 0.0)
         self.dashpot = make(kind, self.layout, self.frames)
-        self.dashpot.load(self.dashpot.at_rest(x))
+        self.dashpot.load(self.dashpot.at_rest(x, self.frames, {}))
         self.terms = [self.frames, self.dashpot]
         begin(self.terms, x, clamps)
         move = 0.2 * rng.normal(size=(8, 3))
@@ -97,7 +97,7 @@ def test_forces_balance_and_turn_with_the_rod(kind: type) -> None:
 def test_a_rod_that_moves_rigidly_resists_nothing(kind: type) -> None:
     moved, Q = Moved(kind), rotation()
     moved.frames.clamped_at([], moved.start, 0.0)
-    moved.dashpot.load(moved.dashpot.at_rest(moved.start))
+    moved.dashpot.load(moved.dashpot.at_rest(moved.start, moved.frames, {}))
     begin(moved.terms, moved.start)
     x = moved.start.copy()
     x[:, :3] = x[:, :3] @ Q.T + 3.0
@@ -117,7 +117,7 @@ def test_a_bend_that_turns_through_the_section_is_resisted() -> None:
     x[:, 0], x[2, 1] = [0.0, h, h + h * np.cos(angle)], h * np.sin(angle)
     frames = Frames(layout, x, np.tile([0.0, 0.0, 1.0], (3, 1)))
     dashpot = make(BendDamping, layout, frames)
-    dashpot.load(dashpot.at_rest(x))
+    dashpot.load(dashpot.at_rest(x, frames, {}))
     begin([frames, dashpot], x)
     x = x.copy()
     x[:2, 3] = 1e-3 * RADIUS
