@@ -7,6 +7,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from knotfem.errors import InputError
 from knotfem.models.base import Increment, Model
 from knotfem.models.contacts import CONTACT_COLUMNS, contact_rows
 from knotfem.models.series import Fields, SeriesMesh
@@ -23,9 +24,11 @@ from knotfem.run.columns import (
 from knotfem.run.simulation import PhaseDone, Simulation, TimeStepDone
 from knotfem.run.summary import Summary
 from knotfem.scene.steps import Relax
-from knotfem.solver.term import Role
+from knotfem.solver.term import Role, Term
 
 Value = float | int | str | np.generic
+SHARED = {"gravity": Role.FIELD, "drag": Role.RESISTANCE}
+"""Terms whose energies have a column in every run, and what they are; those of their name and role add to it."""
 
 
 class TableSink(Protocol):
@@ -114,12 +117,14 @@ class Recorder:
         self._stored_before = 0
 
     def begin(self, checkpoint: RunCheckpoint | None = None) -> None:
-        """Start tables and summary, or go on from those of a checkpoint."""
-        names = [term.name for term in self.model.terms if term.role in (Role.RESISTANCE, Role.FIELD)]
-        own = dict.fromkeys(energy_column(name) for name in names if energy_column(name) not in FORCE_EXTRA)
+        """Start tables and summary, or go on from those of a checkpoint.
+
+        Raises:
+            InputError: the tables are not those of the model, or cannot be written.
+        """
         columns = {
             "tie": TIE_COLUMNS,
-            "force": (*FORCE_COLUMNS, *FORCE_EXTRA, *own),
+            "force": (*FORCE_COLUMNS, *FORCE_EXTRA, *own_columns(self.model.terms)),
             "tension": (*TENSION_COLUMNS, *TENSION_EXTRA),
             "contacts": CONTACT_COLUMNS,
             **({"twist": TWIST_COLUMNS} if self.model.segments else {}),
@@ -233,10 +238,26 @@ class Recorder:
             self._series.append(*when, model.fields(x))
 
 
+def own_columns(terms: Iterable[Term]) -> list[str]:
+    """Columns of force.csv for the energies of terms that have none in `FORCE_EXTRA`.
+
+    Raises:
+        InputError: the energy of a term would stand in the column of another quantity.
+    """
+    taken: dict[str, tuple[str, Role] | None] = dict.fromkeys(FORCE_EXTRA)
+    taken |= {energy_column(name): (name, role) for name, role in SHARED.items()}
+    for term in terms:
+        if term.role in (Role.RESISTANCE, Role.FIELD):
+            kind = term.name, term.role
+            if taken.setdefault(energy_column(term.name), kind) != kind:
+                problem = "its energy has the column of another"
+                raise InputError(problem, key="terms", found=term.name, expected="a name of its own")
+    return [column for column in taken if column not in FORCE_EXTRA]
+
+
 def force_row(event: TimeStepDone) -> dict[str, float | int | str]:
     """Row of force.csv of an accepted step."""
     e, f, accepted = event.energies, event.figures, event.accepted
-    drag, gravity = e.taken.get("drag", 0.0), e.fields.get("gravity", 0.0)
     own = {energy_column(name): value for name, value in {**e.taken, **e.fields}.items()}
     return {
         "time_s": event.time,
@@ -260,7 +281,6 @@ def force_row(event: TimeStepDone) -> dict[str, float | int | str]:
         "numerical_Nmm": e.algorithmic,
         "missing_Nmm": e.error,
         "cutbacks": accepted.rejected,
+        **dict.fromkeys(map(energy_column, SHARED), 0.0),
         **own,
-        "gravity_Nmm": gravity,
-        "drag_Nmm": drag,
     }
