@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 import knotfem as kf
+from knotfem.run.colours import COLOURS
 from knotfem_cli.common import (
     Verb,
     at_option,
@@ -26,7 +27,7 @@ from knotfem_cli.common import (
 @at_option
 @click.option(
     "--colour",
-    type=click.Choice(["strain", "tension", "pressure", "curvature", "twist", "none"]),
+    type=click.Choice(list(COLOURS)),
     default="strain",
     show_default=True,
     help="What colours the rod.",

@@ -54,8 +54,11 @@ def find_window() -> str | None:
     return None
 
 
-def prepare() -> None:
-    """Make VTK draw with the window that works.
+def prepare(*, off_screen: bool = True) -> None:
+    """Make VTK draw off screen with the window that works, or see that there is one.
+
+    Args:
+        off_screen: without, the kind of window is left to VTK, which knows what can be seen.
 
     Raises:
         MissingDependency: pyvista is absent, or no OpenGL library works; names the packages that cure it.
@@ -67,5 +70,5 @@ def prepare() -> None:
     name = find_window()
     if name is None:
         raise MissingDependency(f"pictures need OpenGL, and neither EGL nor OSMesa works on this machine: {CURE}")
-    if name != "default":
+    if off_screen and name != "default":
         os.environ[_VARIABLE] = name

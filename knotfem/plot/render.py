@@ -122,21 +122,92 @@ def render_mesh(
         InputError: the suffix is not .png, the arrays do not fit, or the file cannot be written.
         MissingDependency: pyvista or an OpenGL library is absent.
     """
-    render_surfaces(
-        surfaces_of(points, hexes, scalars, rings),
-        out,
-        cylinders=cylinders,
-        label=label,
-        title=title,
-        colour_map=colour_map,
-        limits=limits,
-        camera=camera,
-        size=size,
-        smooth=bool(rings),
-    )
+    out = Path(out)
+    surfaces = _surfaces(points, hexes, scalars, rings)
+    if out.suffix.lower() != ".png":
+        raise InputError("no such picture format", file=out, found=out.suffix or "no suffix", expected=".png")
+    prepare()
+    import pyvista as pv
+
+    if limits is None:
+        limits = _limits(surfaces)
+    view = _Frame(camera or Camera(), _cloud(surfaces), size, bar=limits is not None)
+    plotter: Any = pv.Plotter(off_screen=True, window_size=list(view.size), lighting="none")
+    try:
+        plotter.set_background("white")
+        mapper = _add_scene(plotter, surfaces, cylinders, colour_map, limits, smooth=bool(rings))
+        if mapper is not None:
+            _colour_bar(plotter, mapper, label)
+        if title:
+            _text(plotter, title, left=True)
+        view.look(plotter)
+        plotter.enable_anti_aliasing("ssaa")
+        _save(plotter, out)
+    finally:
+        plotter.close()
 
 
-def surfaces_of(
+def show_mesh(
+    points: FloatArray,
+    hexes: IntArray,
+    *,
+    scalars: FloatArray | None = None,
+    rings: Sequence[IntArray] = (),
+    cylinders: Sequence[Cylinder] = (),
+    label: str = "",
+    colour_map: str = "viridis",
+    limits: tuple[float, float] | None = None,
+) -> object:
+    """Show rods of hexahedra in a window, or in a notebook's output; arguments as for `render_mesh`.
+
+    Returns:
+        What pyvista's plotter gives back, such as a notebook's viewer.
+
+    Raises:
+        InputError: the arrays do not fit.
+        MissingDependency: pyvista or an OpenGL library is absent.
+    """
+    surfaces = _surfaces(points, hexes, scalars, rings)
+    prepare(off_screen=False)
+    import pyvista as pv
+
+    plotter: Any = pv.Plotter()
+    limits = _limits(surfaces) if limits is None else limits
+    mapper = _add_scene(plotter, surfaces, cylinders, colour_map, limits, smooth=bool(rings))
+    if mapper is not None:
+        plotter.add_scalar_bar(title=label, mapper=mapper)
+    return plotter.show()
+
+
+def _add_scene(
+    plotter: Any,
+    surfaces: Sequence[Surface],
+    cylinders: Sequence[Cylinder],
+    colour_map: str,
+    limits: tuple[float, float] | None,
+    *,
+    smooth: bool,
+) -> Any:
+    """Draw rods and obstacles; returns what colours the first rod by its values, or None without values."""
+    mapper, cloud = None, _cloud(surfaces)
+    colouring: dict[str, Any] = {"scalars": "values", "cmap": colour_map, "clim": limits, "show_scalar_bar": False}
+    for i, surface in enumerate(surfaces):
+        kind = {"color": PLAIN[i % len(PLAIN)]} if surface.values is None else colouring
+        actor = plotter.add_mesh(polygons(surface), smooth_shading=smooth, **GLOSS, **kind)
+        if surface.values is not None and mapper is None:
+            mapper = actor.mapper
+    for cylinder in cylinders:
+        plotter.add_mesh(
+            _cylinder(cylinder, cloud), color="#b9bec4", smooth_shading=True, split_sharp_edges=True, **GLOSS
+        )
+    return mapper
+
+
+def _cloud(surfaces: Sequence[Surface]) -> FloatArray:
+    return np.concatenate([surface.points for surface in surfaces])
+
+
+def _surfaces(
     points: FloatArray, hexes: IntArray, scalars: FloatArray | None, rings: Sequence[IntArray]
 ) -> list[Surface]:
     """Surfaces of rods to be drawn; arguments as for `render_mesh`.
@@ -152,69 +223,6 @@ def surfaces_of(
     if rings:
         return [smooth_tube(points[r], None if scalars is None else scalars[r]) for r in rings]
     return [boundary(points, hexes, scalars)]
-
-
-def render_surfaces(
-    surfaces: Sequence[Surface],
-    out: str | Path,
-    *,
-    cylinders: Sequence[Cylinder] = (),
-    label: str = "",
-    title: str | None = None,
-    colour_map: str = "viridis",
-    limits: tuple[float, float] | None = None,
-    camera: Camera | None = None,
-    size: tuple[int, int] | None = None,
-    smooth: bool = True,
-) -> None:
-    """Draw surfaces into a PNG file; see `render_mesh`.
-
-    Args:
-        surfaces: one a rod; all with values or none.
-        out: PNG file to write.
-        cylinders: obstacles.
-        label: name and unit of the values.
-        title: heading.
-        colour_map: a matplotlib colour map.
-        limits: smallest and largest value of the colour map.
-        camera: view.
-        size: width and height of the picture in pixels; fitted to the target if left out.
-        smooth: shade without facets.
-
-    Raises:
-        InputError: the suffix is not .png, or the file cannot be written.
-        MissingDependency: pyvista or an OpenGL library is absent.
-    """
-    out = Path(out)
-    if out.suffix.lower() != ".png":
-        raise InputError("no such picture format", file=out, found=out.suffix or "no suffix", expected=".png")
-    prepare()
-    import pyvista as pv
-
-    if limits is None:
-        limits = _limits(surfaces)
-    cloud = np.concatenate([surface.points for surface in surfaces])
-    view = _Frame(camera or Camera(), cloud, size, bar=limits is not None)
-    plotter: Any = pv.Plotter(off_screen=True, window_size=list(view.size), lighting="none")
-    try:
-        plotter.set_background("white")
-        colouring: dict[str, Any] = {"scalars": "values", "cmap": colour_map, "clim": limits, "show_scalar_bar": False}
-        for i, surface in enumerate(surfaces):
-            kind = {"color": PLAIN[i % len(PLAIN)]} if surface.values is None else colouring
-            actor = plotter.add_mesh(polygons(surface), smooth_shading=smooth, **GLOSS, **kind)
-            if surface.values is not None and i == 0:
-                _colour_bar(plotter, actor.mapper, label)
-        for cylinder in cylinders:
-            plotter.add_mesh(
-                _cylinder(cylinder, cloud), color="#b9bec4", smooth_shading=True, split_sharp_edges=True, **GLOSS
-            )
-        if title:
-            _text(plotter, title, left=True)
-        view.look(plotter)
-        plotter.enable_anti_aliasing("ssaa")
-        _save(plotter, out)
-    finally:
-        plotter.close()
 
 
 def _limits(surfaces: Sequence[Surface]) -> tuple[float, float] | None:

@@ -3,25 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from knotfem.errors import InputError
 from knotfem.models.solid.body import mesh_of
-from knotfem.plot.render import Cylinder, polygons, render_mesh, surfaces_of
+from knotfem.plot.render import Cylinder, render_mesh, show_mesh
 from knotfem.results.fields import StateFields
+from knotfem.run.colours import COLOURS, DIVERGING
 from knotfem.scene.model import Scene
-
-DIVERGING = "coolwarm"
-"""Map of values of either sign, zero in its middle."""
-COLOURS = {
-    "strain": ("largest_principal_strain", "largest principal strain (logarithmic)", "viridis"),
-    "tension": ("tension", "tension [N]", "plasma"),
-    "pressure": ("contact_pressure", "contact pressure [MPa]", "inferno"),
-    "curvature": ("curvature", "curvature [1/mm]", "viridis"),
-    "twist": ("twist", "twist [rad/mm]", DIVERGING),
-    "none": ("", "", "viridis"),
-}
 
 
 def draw(fields: StateFields, scene: Scene, out: Path, colour: str = "strain") -> None:
@@ -37,18 +28,7 @@ def draw(fields: StateFields, scene: Scene, out: Path, colour: str = "strain") -
         InputError: no such colour, or no such field in the state.
         MissingDependency: pyvista or an OpenGL library is absent.
     """
-    scalars, label, colours = _scalars(fields, colour)
-    render_mesh(
-        fields.points,
-        fields.cells,
-        out,
-        scalars=scalars,
-        rings=_rings(scene, len(fields.points)),
-        cylinders=[Cylinder(o.point, o.axis, 0.5 * o.diameter) for o in scene.obstacles],
-        label=label,
-        colour_map=colours,
-        limits=_symmetric(scalars) if colours == DIVERGING else None,
-    )
+    render_mesh(fields.points, fields.cells, out, **_look(fields, scene, colour))
 
 
 def show(fields: StateFields, scene: Scene, colour: str = "strain") -> object:
@@ -61,23 +41,25 @@ def show(fields: StateFields, scene: Scene, colour: str = "strain") -> object:
 
     Returns:
         What pyvista's plotter gives back, such as a notebook's viewer.
-    """
-    import pyvista as pv
 
+    Raises:
+        InputError: see `draw`.
+        MissingDependency: see `draw`.
+    """
+    return show_mesh(fields.points, fields.cells, **_look(fields, scene, colour))
+
+
+def _look(fields: StateFields, scene: Scene, colour: str) -> dict[str, Any]:
+    """How the rods and obstacles of a state are drawn: options of `render_mesh` and `show_mesh`."""
     scalars, label, colours = _scalars(fields, colour)
-    plotter = pv.Plotter()
-    for surface in surfaces_of(fields.points, fields.cells, scalars, _rings(scene, len(fields.points))):
-        plotter.add_mesh(
-            polygons(surface),
-            scalars=None if scalars is None else "values",
-            cmap=colours,
-            smooth_shading=True,
-            scalar_bar_args={"title": label},
-        )
-    for o in scene.obstacles:
-        length = float(np.ptp(fields.points, axis=0).max())
-        plotter.add_mesh(pv.Cylinder(o.point, o.axis, 0.5 * o.diameter, length), color="lightgrey")
-    return plotter.show()
+    return {
+        "scalars": scalars,
+        "rings": _rings(scene, len(fields.points)),
+        "cylinders": [Cylinder(o.point, o.axis, 0.5 * o.diameter) for o in scene.obstacles],
+        "label": label,
+        "colour_map": colours,
+        "limits": _symmetric(scalars) if colours == DIVERGING else None,
+    }
 
 
 def _scalars(fields: StateFields, colour: str) -> tuple[np.ndarray | None, str, str]:

@@ -13,6 +13,7 @@ from typing import Any, Literal
 
 from knotfem.errors import InputError
 from knotfem.run.checkpoint import CheckpointStore
+from knotfem.run.colours import COLOURS
 from knotfem.run.files import (
     PART_SUFFIX,
     append,
@@ -40,7 +41,7 @@ _FORCE = "force.csv"
 _SERIES = (_TIE, _FORCE, "tension.csv", "twist.csv", "contacts.csv", "results.vtkhdf", SOURCE)
 _RECORDS = ("provenance.json", "status.json", "summary.json", "log.jsonl")
 _PLOTS = tuple(f"{name}.png" for name in ("stretch", "force", "tension"))
-_PICTURES = tuple(f"knot-{colour}.png" for colour in ("strain", "tension", "pressure", "curvature", "twist", "none"))
+_PICTURES = tuple(f"knot-{colour}.png" for colour in COLOURS)
 _FILES = (*_SERIES, *_RECORDS, *_PLOTS, *_PICTURES, _SCENE)
 
 
@@ -315,4 +316,6 @@ def _clear(path: Path) -> None:
     """Remove what a run wrote; files that someone else put there stay."""
     for name in _FILES:
         (path / name).unlink(missing_ok=True)
+    for plot in path.glob("stretch-*.png"):
+        plot.unlink(missing_ok=True)
     shutil.rmtree(path / "checkpoints", ignore_errors=True)

@@ -5,7 +5,7 @@ from knotfem.errors import InputError, MissingDependency
 from knotfem.mesh.rod import RodMesh, extrude
 from knotfem.mesh.section_file import read_section
 from knotfem.plot import opengl
-from knotfem.plot.render import Camera, Cylinder, render_mesh, zoomed
+from knotfem.plot.render import Camera, Cylinder, render_mesh, show_mesh, zoomed
 
 
 @pytest.fixture(scope="module")
@@ -80,6 +80,26 @@ def test_zooming_shows_the_target_larger(rod, tmp_path):
         assert (near.min(axis=2) < 200).sum() > 2 * (far.min(axis=2) < 200).sum()
 
 
+def test_rods_in_a_window_share_their_colours_and_stand_beside_endless_cylinders(rod, monkeypatch):
+    import pyvista
+
+    shown = []
+    monkeypatch.setattr(opengl, "find_window", lambda: "default")
+    monkeypatch.setattr(pyvista.Plotter, "show", lambda plotter: shown.append(plotter) or "viewer")
+    halves = [rod.ring_nodes[:11], rod.ring_nodes[10:]]
+    cylinder = Cylinder((8.0, 0.0, 20.0), (0.0, 1.0, 0.0), 5.0)
+    options = {"scalars": rod.nodes[:, 2], "rings": halves, "label": "z (mm)"}
+    assert show_mesh(rod.nodes, rod.hexes, cylinders=[cylinder], **options) == "viewer"
+    *rods, obstacle = (actor.mapper for actor in shown[0].actors.values() if hasattr(actor.mapper, "dataset"))
+    assert [mapper.scalar_range for mapper in rods] == [pytest.approx((0.0, 40.0))] * 2
+    assert np.ptp(obstacle.dataset.points[:, 1]) == pytest.approx(cylinder.extent(rod.nodes)[2], abs=0.2)
+    assert list(shown[0].scalar_bars.keys()) == ["z (mm)"]
+    show_mesh(rod.nodes, rod.hexes, limits=(-50.0, 50.0), **options)
+    assert {actor.mapper.scalar_range for actor in shown[1].actors.values() if hasattr(actor.mapper, "dataset")} == {
+        (-50.0, 50.0)
+    }
+
+
 def test_refusals_come_before_any_drawing(rod, tmp_path):
     with pytest.raises(InputError, match=r"found \.jpg; expected \.png"):
         render_mesh(rod.nodes, rod.hexes, tmp_path / "a.jpg")
@@ -92,6 +112,8 @@ def test_without_opengl_the_message_names_the_cure(rod, tmp_path, monkeypatch):
     monkeypatch.setattr(opengl, "find_window", lambda: None)
     with pytest.raises(MissingDependency, match="apt-get install libegl1"):
         render_mesh(rod.nodes, rod.hexes, tmp_path / "a.png")
+    with pytest.raises(MissingDependency, match="apt-get install libegl1"):
+        show_mesh(rod.nodes, rod.hexes)
 
 
 def test_a_window_that_crashes_is_not_chosen(monkeypatch):

@@ -20,7 +20,7 @@ COARSE = ("model=rod", "rods.0.mesh.element_length=8 mm")
 
 
 def drawn(monkeypatch: pytest.MonkeyPatch, folder: Path, colour: str, low: float, high: float) -> dict[str, Any]:
-    """How a run is drawn whose field of this colour goes from low to high."""
+    """How a run is drawn, and shown in a window, whose field of this colour goes from low to high."""
     scene = load_scene("cantilever", COARSE)
     run, model = RunDirectory.create(scene, folder / "run"), build_model(scene)
     fields = model.fields(model.straight().x)
@@ -30,8 +30,15 @@ def drawn(monkeypatch: pytest.MonkeyPatch, folder: Path, colour: str, low: float
     series.append(0.0, 0.0, replace(fields, point_data={**fields.point_data, **values}))
     series.close()
     asked: dict[str, Any] = {}
+    shown: dict[str, Any] = {}
     monkeypatch.setattr(pictures, "render_mesh", lambda points, cells, out, **options: asked.update(options))
-    open_run(run.path).state().render(folder / "a.png", colour)
+    monkeypatch.setattr(pictures, "show_mesh", lambda points, cells, **options: shown.update(options))
+    state = open_run(run.path).state()
+    state.render(folder / "a.png", colour)
+    state.show(colour)
+    assert {key: np.asarray(shown.get(key)).tolist() for key in asked} == {
+        key: np.asarray(value).tolist() for key, value in asked.items()
+    }
     return asked
 
 

@@ -43,6 +43,8 @@ def test_force_removes_what_the_run_wrote_and_nothing_else(run: RunDirectory, sc
     run.write_summary({"steps": 3})
     run.log(step=1)
     run.checkpoints.save({}, {})
+    for name in ("stretch.png", "stretch-red.png", "knot-twist.png"):
+        (run.path / name).write_text("drawn")
     (run.path / "notes.txt").write_text("mine")
     again = RunDirectory.create(scene, run.path, force=True)
     assert sorted(os.listdir(again.path)) == ["notes.txt", "scene.toml"]
