@@ -10,6 +10,9 @@ from pydantic import Field, model_validator
 from knotfem.scene.quantity import PositiveDuration, PositiveForce, PositiveLength
 from knotfem.scene.table import Flag, Integer, Number, Table
 
+OLDER_KEYS = {"rung": "level"}
+"""Keys of measured settings as scenes and records of older versions name them, which stay readable."""
+
 
 class Tie(Table):
     """The mapping of the straight rod into the knot.
@@ -94,6 +97,6 @@ class Accuracy(Table):
     @model_validator(mode="before")
     @classmethod
     def _read_older(cls, data: Any) -> Any:
-        if isinstance(data, Mapping) and "rung" in data and "level" not in data:
-            return {"level" if key == "rung" else key: value for key, value in data.items()}
-        return data
+        if not isinstance(data, Mapping) or "level" in data:
+            return data
+        return {OLDER_KEYS.get(key, key): value for key, value in data.items()}

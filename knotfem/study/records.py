@@ -12,15 +12,13 @@ from typing import Any
 
 from knotfem.errors import InputError
 from knotfem.run.files import cannot_write, read_json, write_json
+from knotfem.scene.control import OLDER_KEYS
 from knotfem.scene.model import Scene
 from knotfem.study.convergence import ConvergenceStudy
 from knotfem.study.refinement import SIZED
 from knotfem.study.similarity import class_of, frictions_of, window_of
 from knotfem.threads import usable_threads
 from knotfem.version import __version__
-
-_OLDER = {"rung": "level"}
-"""Keys of settings in files of older versions, which stay readable."""
 
 
 @dataclass(frozen=True)
@@ -201,5 +199,5 @@ def _read(path: Path) -> list[Record]:
 
 
 def _record(settings: list[dict[str, Any]], frictions: list[float], **others: Any) -> Record:
-    read = tuple(Setting(**{_OLDER.get(key, key): value for key, value in s.items()}) for s in settings)
+    read = tuple(Setting(**{OLDER_KEYS.get(key, key): value for key, value in s.items()}) for s in settings)
     return Record(settings=read, frictions=(frictions[0], frictions[1]), **others)
