@@ -193,6 +193,11 @@ class Model(ABC):
         return min(rod.material.youngs_modulus * np.pi * rod.diameter**2 / 16.0 for rod in self.rods)
 
     @property
+    def mass(self) -> float:
+        """Of all rods [tonne]."""
+        return sum(rod.material.density * np.pi * rod.diameter**2 / 4.0 * rod.length for rod in self.rods)
+
+    @property
     def path_kind(self) -> str:
         """The mapping."""
         return self.scene.tie.path

@@ -13,6 +13,7 @@ from knotfem.scene.model import Scene
 from knotfem.scene.steps import Load, Loaded, Pull, Relax, Step, Turn
 from knotfem.solver import schemes
 from knotfem.solver.constraints import Clamp
+from knotfem.solver.stepping.quasi_static import NUMERICAL_DRAG
 from knotfem.solver.term import Conditions
 from knotfem.types import History
 
@@ -27,7 +28,7 @@ def gravity_of(scene: Scene) -> np.ndarray:
 
 def ramp(step: Pull, start: float) -> History:
     """Displacement of the driven ends [mm] in a step that begins at `start` [s]."""
-    return lambda time: min(step.speed * (time - start), step.displacement)
+    return lambda time: min(step.nominal_speed * (time - start), step.displacement)
 
 
 def turn_angle(turns: float, step: Turn, start: float) -> History:
@@ -96,8 +97,10 @@ def friction_factor(scene: Scene, step: Step, start: float) -> History | None:
     return lambda time: float(np.interp(time, times, factors))
 
 
-def make_scheme(scene: Scene, step: Step | None = None) -> schemes.Scheme:
-    """Time integration scheme of a step, that of loading steps where none is named."""
+def make_scheme(scene: Scene, step: Step) -> schemes.Scheme:
+    """Time integration scheme of a step."""
+    if not step.real:
+        return schemes.Scheme()
     kinds: dict[str, Callable[[], schemes.Scheme]] = {
         "quasi-static": schemes.Scheme,
         "backward-euler": schemes.BackwardEuler,
@@ -108,7 +111,9 @@ def make_scheme(scene: Scene, step: Step | None = None) -> schemes.Scheme:
 
 
 def drag_rate(scene: Scene, step: Step) -> float:
-    """Rate of drag [1/s] in a step; 0 where the scene has none."""
+    """Rate of drag [1/s] in a step; 0 where it goes in real time and the scene has none."""
+    if not step.real:
+        return NUMERICAL_DRAG
     return 0.0 if scene.drag is None else scene.drag.rate_of(isinstance(step, Relax))
 
 

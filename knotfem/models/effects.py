@@ -37,10 +37,14 @@ def _no_damping(scene: Scene) -> str:
 
 
 def _no_inertia(scene: Scene) -> str:
+    if not any(step.real for step in scene.steps):
+        return "no step goes in real time"
     return 'inertia.scheme is "quasi-static"' if scene.inertia.scheme == "quasi-static" else ""
 
 
 def _no_drag(scene: Scene) -> str:
+    if not all(step.real for step in scene.steps):
+        return ""
     if scene.drag is None:
         return "not in the scene"
     return "" if max(scene.drag.rate_of(False), scene.drag.rate_of(True)) > 0.0 else "its rate is 0"

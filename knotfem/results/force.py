@@ -119,7 +119,7 @@ def force_curve(run: HasForces, label: str | None = None) -> ForceCurve:
             went, end = table["displacement_mm"][rows], float(table["time_s"][rows][-1])
             displacement.append(before + went)
             force.append(table["force_N"][rows])
-            spans[step.name] = end - float(went[-1]) / step.speed, end, before
+            spans[step.name] = end - float(went[-1]) / step.nominal_speed, end, before
             before += step.displacement
     name = run.name if label is None else label
     return ForceCurve(name, run, steps, np.concatenate(displacement), np.concatenate(force), spans)

@@ -10,7 +10,10 @@ from knotfem.energy.balance import StepFigures
 from knotfem.energy.energies import Energies
 from knotfem.models.base import Model
 from knotfem.scene.steps import Pull, Relax, Release, Step
+from knotfem.solver.nonlinear.tolerance import ForceTolerance
 from knotfem.solver.stepping.controller import StepController
+from knotfem.solver.stepping.pace import Pacing
+from knotfem.solver.stepping.quasi_static import QuasiStatic
 
 FIRST_MOVE_OVER_DIAMETER = 1.0 / 60.0
 """How far a driven end goes in the first step."""
@@ -23,11 +26,11 @@ class Schedule:
     """How a scene's step is integrated.
 
     Attributes:
-        controller: of time steps.
+        pacing: of steps.
         output_times: when outputs are due [s], ascending; the last ends the step.
     """
 
-    controller: StepController
+    pacing: Pacing
     output_times: np.ndarray
 
     def fraction(self, began: float, now: float) -> float:
@@ -44,22 +47,37 @@ def schedule_of(model: Model, step: Step, began: float) -> Schedule:
     """The schedule of a scene's step that begins at `began` [s]."""
     scene, d = model.scene, model.diameter
     move = scene.solver.move_over_diameter * d
+    length = duration_of(step)
     if isinstance(step, Pull):
-        length, every = step.duration, scene.output.every_displacement / step.speed
-        first = min(FIRST_MOVE_OVER_DIAMETER * d, move) / step.speed
+        every = scene.output.every_displacement / step.nominal_speed
+        first = min(FIRST_MOVE_OVER_DIAMETER * d, move) / step.nominal_speed
     elif isinstance(step, Relax):
-        length, every, first = step.longest, step.longest, 1e-4 * step.longest
+        every, first = length, 1e-4 * length
     else:
-        length, every = step.duration, scene.output.every_time
-        first = 1e-3 * length
-    count = max(1, int(np.ceil(length / every - 1e-9)))
+        every, first = scene.output.every_time, 1e-3 * length
+    count = max(1, int(np.ceil(length / every - 1e-9))) if length > 0.0 else 1
     times = began + np.minimum(np.arange(1, count + 1) * every, length)
     smallest = first * 0.4**scene.solver.max_cutbacks
-    return Schedule(StepController(first=first, smallest=smallest, largest=length, move=move), times)
+    real = StepController(first=first, smallest=smallest, largest=length, move=move)
+    return Schedule(real if step.real else quasi_static(model, real), times)
+
+
+def duration_of(step: Step) -> float:
+    """How long the loads of a step change, or in real time how long it lasts at most [s]."""
+    if not step.real and isinstance(step, Relax | Release):
+        return step.friction_schedule[-1].time if step.friction_schedule else 0.0
+    return step.longest if isinstance(step, Relax) else step.duration
+
+
+def quasi_static(model: Model, loads: StepController) -> QuasiStatic:
+    """Pacing of a step in which the rods are to follow in equilibrium."""
+    scene = model.scene
+    floor = ForceTolerance.of(scene.solver.force_tolerance).resultant
+    return QuasiStatic(loads, model.mass, model.force_scale, scene.quasi_static.tolerance, floor)
 
 
 class Rest:
-    """Says when a relaxing or released rod has come to rest.
+    """Says when a relaxing or released rod has come to rest in real time.
 
     Its friction schedule must have run out; the kinetic energy must be below the step's fraction of the elastic energy,
     and static balance lack at most `REST_FORCE` B/r^2 (2e-4 N for the paper's rod): the largest sum of drag and inertia

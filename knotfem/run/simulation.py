@@ -16,6 +16,7 @@ from knotfem.models.base import Additions, Equations, Increment, Model
 from knotfem.models.build import build_model
 from knotfem.models.newton import newton_of
 from knotfem.models.rod.initial import SourceRod
+from knotfem.run.jumps import Jump, JumpWatch
 from knotfem.run.monitor import KnotMonitor, Knots
 from knotfem.run.schedule import Rest, Schedule, schedule_of
 from knotfem.scene.model import Scene
@@ -23,6 +24,7 @@ from knotfem.scene.steps import Loaded, Relax, Release, Step
 from knotfem.solver.nonlinear.newton import Interrupt
 from knotfem.solver.state import State
 from knotfem.solver.stepping.integrator import AcceptedStep, Continuation, integrate
+from knotfem.solver.stepping.pace import Pace
 from knotfem.solver.system import System
 from knotfem.sparse.linear import available
 from knotfem.tie import CentrelinePath
@@ -44,6 +46,7 @@ class TimeStepDone:
         fraction: of the scene's step that is done, 0 to 1; nan where nobody knows.
         output: whether outputs are due.
         last: whether it is the last of the scene's step.
+        jump: that ended with it, or None.
     """
 
     step: Step
@@ -55,6 +58,7 @@ class TimeStepDone:
     fraction: float
     output: bool
     last: bool
+    jump: Jump | None = None
 
     @property
     def state(self) -> State:
@@ -102,6 +106,7 @@ class Underway:
         origin: what must be known of the state that it set out from.
         before: force on each loaded end at that time [N], by label, shape [3].
         now: how far it has come.
+        watch: sees jumps.
         keys: sparsity of its equations, None before the first solve.
     """
 
@@ -109,6 +114,7 @@ class Underway:
     origin: State
     before: dict[str, np.ndarray]
     now: Continuation
+    watch: JumpWatch
     keys: np.ndarray | None = None
 
 
@@ -241,13 +247,13 @@ class Simulation:
             system.close()
 
     def _integrate(self, step: Step, equations: Equations, underway: Underway) -> Iterator[TimeStepDone]:
-        model, began = self.model, underway.origin.time
+        model, began, watch = self.model, underway.origin.time, underway.watch
         schedule = schedule_of(model, step, began)
-        rest = Rest(step, model, began) if isinstance(step, Relax | Release) else None
+        rest = Rest(step, model, began) if step.real and isinstance(step, Relax | Release) else None
         steps = integrate(
             equations.system,
             underway.now,
-            schedule.controller,
+            schedule.pacing,
             newton_of(model),
             model.sections,
             schedule.output_times,
@@ -260,14 +266,15 @@ class Simulation:
                 self.monitor.check_interpenetration(accepted.start.x, self.state.x, self.state.time)
             figures = self.balance.update(equations, accepted, underway.origin)
             resting = rest is not None and rest.reached(self.state.time, self.balance.energies, figures)
-            last = resting or schedule.over(self.state.time)
-            yield self._event(step, accepted, figures, equations.system, schedule, began, last)
-            lost = (accepted.at_output or last) and self._lost(step)
+            last = resting or (accepted.at_output and schedule.over(self.state.time))
+            jump = watch.update(step.name, accepted, figures, self.balance.energies)
+            yield self._event(step, accepted, figures, equations.system, schedule, began, last, jump)
+            lost = (accepted.at_output or last or watch.wandered(self.state.x)) and self._lost(step)
             if resting or (lost and isinstance(step, Release)):
                 return
             if self.interrupt is not None:
                 self.interrupt()
-        if isinstance(step, Relax):
+        if step.real and isinstance(step, Relax):
             raise NotConverged(f"{step.name}: not at rest after {step.longest:g} s")
 
     def _event(
@@ -279,17 +286,19 @@ class Simulation:
         schedule: Schedule,
         began: float,
         last: bool,
+        jump: Jump | None,
     ) -> TimeStepDone:
         waits = isinstance(step, Relax | Release)
         fraction = float("nan") if waits else schedule.fraction(began, self.state.time)
         energies, elapsed = self.balance.energies, self.state.time - began
         output = accepted.at_output or last
-        return TimeStepDone(step, accepted, figures, energies, system, elapsed, fraction, output, last)
+        return TimeStepDone(step, accepted, figures, energies, system, elapsed, fraction, output, last, jump)
 
     def _begun(self, step: Step) -> Underway:
         ends = {f"{rod}.{side}" for (rod, side), end in step.all_ends().items() if isinstance(end, Loaded)}
         before = {label: np.array(force) for label, force in self.balance.end_forces.items() if label in ends}
-        return Underway(step, self.model.origin(self.state), before, Continuation.at(self.state))
+        watch = JumpWatch(self.model, self.state.x, sum(self.balance.energies.taken.values()))
+        return Underway(step, self.model.origin(self.state), before, Continuation.at(self.state), watch)
 
     def _lost(self, step: Step) -> bool:
         """Whether a knot has come undone: an error in a step that must hold, of interest besides in a release."""
@@ -310,7 +319,7 @@ class Simulation:
         now = Continuation.at(self.state) if u is None else u.now
         return {
             "now": _stored(now),
-            "underway": None if u is None else {"origin": _stored_state(u.origin), "before": u.before, "keys": u.keys},
+            "underway": None if u is None else _stored_step(u),
             "balance": self.balance.state(),
             "knots_before": self.knots_before,
             "started_at": self._started_at,
@@ -334,10 +343,16 @@ class Simulation:
         if underway is not None:
             step = self.scene.steps[self.next_step]
             origin = _restored_state(underway["origin"])
-            self._underway = Underway(step, origin, underway["before"], now, underway["keys"])
+            watch = JumpWatch(self.model, now.state.x)
+            watch.restore(underway["watch"])
+            self._underway = Underway(step, origin, underway["before"], now, watch, underway["keys"])
             self.phase = step.name
         elif self.next_step > 0:
             self.phase = self.scene.steps[self.next_step - 1].name
+
+
+def _stored_step(u: Underway) -> dict[str, Any]:
+    return {"origin": _stored_state(u.origin), "before": u.before, "watch": u.watch.state(), "keys": u.keys}
 
 
 def _stored_state(state: State) -> dict[str, Any]:
@@ -350,10 +365,11 @@ def _restored_state(values: dict[str, Any]) -> State:
 
 
 def _stored(now: Continuation) -> dict[str, Any]:
-    numbers = {key: value for key, value in vars(now).items() if key != "state"}
-    return {**numbers, "state": _stored_state(now.state)}
+    pace = None if now.pace is None else dict(vars(now.pace))
+    return {**vars(now), "state": _stored_state(now.state), "pace": pace}
 
 
 def _restored(values: dict[str, Any]) -> Continuation:
-    numbers = dict(values)
-    return Continuation(_restored_state(numbers.pop("state")), **numbers)
+    pace = values["pace"]
+    state = _restored_state(values["state"])
+    return Continuation(**{**values, "state": state, "pace": None if pace is None else Pace(**pace)})

@@ -13,7 +13,7 @@ def report_of(event: Increment | TimeStepDone) -> StepReport:
     if isinstance(event, Increment):
         return StepReport("mapping", event.mapping_time, event.mapping_time, iterations=event.iterations)
     figures, accepted = event.figures, event.accepted
-    size = accepted.dt * (event.step.speed if isinstance(event.step, Pull) else 1.0)
+    size = accepted.advance * (event.step.nominal_speed if isinstance(event.step, Pull) else 1.0)
     return StepReport(
         event.step.name,
         event.fraction,

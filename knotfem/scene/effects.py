@@ -84,7 +84,9 @@ class Gravity(Table):
 
 
 class Drag(Table):
-    """Viscous drag on the mass.
+    """Viscous drag on the mass in steps that go in real time.
+
+    Quasi-static steps take numerical drag instead, whose size follows from what it may carry.
 
     Attributes:
         rate: drag force over momentum [1/s].
@@ -99,8 +101,19 @@ class Drag(Table):
         return self.relaxing if relaxing and self.relaxing is not None else self.rate
 
 
+class QuasiStatic(Table):
+    """Steps in which loads advance only as fast as the rods follow in equilibrium.
+
+    Attributes:
+        tolerance: largest fraction of the load that drag may carry in a state of equilibrium; the balance itself
+            limits it from below, see `solver.force_tolerance`.
+    """
+
+    tolerance: Annotated[Number, Field(gt=0.0, le=0.1)] = 0.002
+
+
 class Inertia(Table):
-    """Time integration.
+    """Time integration of steps that go in real time.
 
     Attributes:
         scheme: "quasi-static" has no inertia; "backward-euler" takes the energy of fast motions, "hht" and
@@ -111,7 +124,7 @@ class Inertia(Table):
         spectral_radius: at infinite frequency, of "generalised-alpha", 1 for no damping.
     """
 
-    scheme: Literal["quasi-static", "backward-euler", "hht", "generalised-alpha"] = "quasi-static"
+    scheme: Literal["quasi-static", "backward-euler", "hht", "generalised-alpha"] = "hht"
     relaxing: Literal["backward-euler", "hht", "generalised-alpha"] = "backward-euler"
     hht_alpha: Annotated[Number, Field(ge=-0.5, le=0.0)] = -0.05
     spectral_radius: Annotated[Number, Field(ge=0.0, le=1.0)] = 0.8

@@ -8,7 +8,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from knotfem.scene.control import Accuracy, Output, Solver, Tie
-from knotfem.scene.effects import Contact, Cylinder, Drag, Effects, Gravity, Inertia
+from knotfem.scene.effects import Contact, Cylinder, Drag, Effects, Gravity, Inertia, QuasiStatic
 from knotfem.scene.rods import Rod
 from knotfem.scene.steps import Pull, Relax, RodEnds, Step
 from knotfem.scene.table import Name, Table, known_name, refusal
@@ -31,9 +31,10 @@ class Scene(Table):
         obstacles: rigid bodies.
         contact: between rods and with obstacles.
         gravity: weight, or none.
-        drag: viscous drag, or none.
+        drag: viscous drag in real time, or none.
         effects: further ones.
-        inertia: time integration.
+        inertia: time integration in real time.
+        quasi_static: what equilibrium means in all other steps.
         tie: mapping of the straight rods into the knot.
         solver: Newton's method.
         output: what is written.
@@ -51,6 +52,7 @@ class Scene(Table):
     drag: Drag | None = None
     effects: Effects = Effects()
     inertia: Inertia = Inertia()
+    quasi_static: QuasiStatic = QuasiStatic()
     tie: Tie = Tie()
     solver: Solver = Solver()
     output: Output = Output()

@@ -115,6 +115,9 @@ class _Step(Table):
         friction_schedule: what `contact.friction` becomes against time, linear between its points, the coefficients of
             pairs of rods in proportion; empty leaves it as it is.
         must_hold: whether a knot that unravels ends the run with an error.
+        rate: "quasi-static" lets loads advance only as fast as the rods follow in equilibrium, and follows a jump as
+            overdamped motion under loads that stand still; times and speeds then only say how far loads are. "real"
+            takes speeds and times, inertia and drag as the scene gives them.
         driven: whether the kind drives ends.
         turning: whether it turns them.
         limit: its key that says how long it lasts at most.
@@ -128,6 +131,12 @@ class _Step(Table):
     ends: dict[Name, RodEnds] = Field(default_factory=dict)
     friction_schedule: Annotated[tuple[FrictionPoint, ...], AfterValidator(_rising)] = ()
     must_hold: Flag = True
+    rate: Literal["quasi-static", "real"] = "quasi-static"
+
+    @property
+    def real(self) -> bool:
+        """Whether it goes in real time."""
+        return self.rate == "real"
 
     def all_ends(self) -> dict[tuple[str, str], AnyEnd]:
         """Every end by rod and side, the side being "start" or "end"."""
@@ -167,12 +176,12 @@ class _Step(Table):
 
 
 class Relax(_Step):
-    """Goes to rest under drag, however long it takes, a friction schedule to its end; forces act in full at once.
+    """Goes to rest, however long it takes, a friction schedule to its end; forces act in full at once.
 
     Attributes:
         kind: always "relax".
-        kinetic_over_elastic: at rest once the kinetic energy is below this share of the elastic one.
-        longest: time after which a rod that does not come to rest is given up [s].
+        kinetic_over_elastic: in real time, at rest once the kinetic energy is below this fraction of the elastic one.
+        longest: in real time, after which a rod that does not come to rest is given up [s].
     """
 
     limit: ClassVar[str] = "longest"
@@ -190,19 +199,31 @@ class Pull(_Step):
     Attributes:
         kind: always "pull".
         displacement: in the end's direction [mm].
-        speed: [mm/s].
+        speed: [mm/s]; needed in real time. Quasi-static, it relates the displacement to the time of tables and
+            schedules and changes nothing else; None for 1 mm/s.
     """
 
     driven: ClassVar[bool] = True
 
     kind: Literal["pull"]
     displacement: PositiveLength
-    speed: PositiveSpeed
+    speed: PositiveSpeed | None = None
+
+    @property
+    def nominal_speed(self) -> float:
+        """Displacement over time [mm/s]."""
+        return 1.0 if self.speed is None else self.speed
 
     @property
     def duration(self) -> float:
         """How long the step takes [s]."""
-        return self.displacement / self.speed
+        return self.displacement / self.nominal_speed
+
+    @model_validator(mode="after")
+    def _check_speed(self) -> Self:
+        if self.real and self.speed is None:
+            raise refusal("missing key", at="speed", expected='a speed such as "4 mm/s", or rate = "quasi-static"')
+        return self
 
 
 class Turn(_Step):
@@ -250,12 +271,12 @@ class Hold(_Step):
 
 
 class Release(_Step):
-    """Lets ends go, until the rod rests, the knot is lost or the time is over; forces act in full from the start.
+    """Lets ends go, until the rod rests or the knot is lost; forces act in full from the start.
 
     Attributes:
         kind: always "release".
-        duration: at most [s].
-        kinetic_over_elastic: at rest once the kinetic energy is below this share of the elastic one.
+        duration: in real time, at most [s].
+        kinetic_over_elastic: in real time, at rest once the kinetic energy is below this fraction of the elastic one.
         must_hold: by default an unravelled knot is a result, no error.
     """
 

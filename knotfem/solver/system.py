@@ -22,7 +22,8 @@ class System:
     The first three unknowns of a node are its place.
 
     Args:
-        terms: in the order in which they are assembled; a term stands behind those that it builds on.
+        terms: in the order in which they are assembled; a term stands behind those that it builds on. Inertia is left
+            out where the scheme has none.
         nodes: number of nodes.
         solver: linear solver.
         scheme: time integration scheme.
@@ -54,7 +55,7 @@ class System:
         damping_weights: np.ndarray | None = None,
         unsymmetric: bool = False,
     ) -> None:
-        self.terms = list(terms)
+        self.terms = [term for term in terms if scheme.inertial or term.role is not Role.INERTIA]
         self.nodes, self.width = nodes, width
         self.solver, self.scheme = solver, scheme
         self.prescribed = list(prescribed)
@@ -84,8 +85,14 @@ class System:
             term.load(state.history.get(label, {}))
         self._loaded = state
 
-    def begin(self, state: State, dt: float) -> TimeStep:
-        """A step of length `dt` [s] sets out from an accepted state.
+    def begin(self, state: State, dt: float, advance: float | None = None) -> TimeStep:
+        """A step sets out from an accepted state.
+
+        Args:
+            state: accepted.
+            dt: time over which rates are taken [s].
+            advance: of loads [s]; None for `dt`, which is real time. Without real time there is no velocity: the step
+                ends at rest.
 
         Where the scheme weighs in the residual it sets out with, that is of a step of no length: loads and velocities
         are then those of the accepted state, whatever was tried since.
@@ -94,7 +101,7 @@ class System:
         self._loaded = None
         self.update(state.x)
         self._start = state.x
-        step = TimeStep(state, dt, self.scheme, self.conditions)
+        step = TimeStep(state, dt, self.scheme, self.conditions, advance)
         if self.scheme.alpha_f > 0.0:
             here = TimeStep(state, 0.0, self.scheme, self.conditions)
             for term in self.terms:
@@ -197,7 +204,8 @@ class System:
 
     def commit(self, x: np.ndarray, step: TimeStep) -> State:
         """The state in which an accepted step ends at x."""
-        motion = self.scheme.motion(x, step.start, step.dt)
+        real = step.advance is None
+        motion = self.scheme.motion(x, step.start, step.dt) if real else Motion.at_rest(x, step.end)
         for term in self.terms:
             self.clock.run(term.name, term.commit, x)
         self._loaded = self.state(motion)
@@ -222,6 +230,27 @@ class System:
             result[label] = np.zeros((self.nodes, self.width))
             self.clock.run(term.name, term.assemble, x, result[label], None)
         return result
+
+    def rate_forces(self, x: np.ndarray) -> np.ndarray:
+        """Residual of viscous terms and inertia at x, shape [nodes, width]."""
+        result = np.zeros((self.nodes, self.width))
+        for term in self.having(Role.RESISTANCE, Role.INERTIA):
+            self.clock.run(term.name, term.assemble, x, result, None)
+        return result
+
+    def largest_load(self, x: np.ndarray, residual: np.ndarray) -> float:
+        """Size of the largest force on an end of a rod [N], a reaction or a load.
+
+        Args:
+            x: unknowns in balance, shape [nodes, width].
+            residual: there, reactions included, shape of x.
+        """
+        forces = [residual[motion.nodes, :3].sum(axis=0) for motion in self.prescribed]
+        for term in self.having(Role.LOAD):
+            force = np.zeros_like(x)
+            self.clock.run(term.name, term.assemble, x, force, None)
+            forces.append(force[:, :3].sum(axis=0))
+        return max((float(np.linalg.norm(force)) for force in forces), default=0.0)
 
     @property
     def labels(self) -> Mapping[str, Term]:

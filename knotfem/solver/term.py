@@ -58,24 +58,26 @@ class Conditions:
 
 @dataclass(frozen=True, eq=False)
 class TimeStep:
-    """A time step: where it begins, how long it is, how it is integrated, and under which conditions.
+    """A step: where it begins, how long it is, how it is integrated, and under which conditions.
 
     Attributes:
         start: accepted motion.
-        dt: length [s]; 0 asks for the forces of the accepted motion itself.
+        dt: time over which rates are taken [s]; 0 asks for the forces of the accepted motion itself.
         scheme: time integration.
         conditions: of the scene's step.
+        advance: of loads, schedules and prescribed motions [s]; None for `dt`, which is real time.
     """
 
     start: Motion
     dt: float
     scheme: Scheme = field(default_factory=Scheme)
     conditions: Conditions = field(default_factory=Conditions)
+    advance: float | None = None
 
     @property
     def end(self) -> float:
         """Time at its end [s]."""
-        return self.start.time + self.dt
+        return self.start.time + (self.dt if self.advance is None else self.advance)
 
     def velocity(self, x: np.ndarray) -> np.ndarray:
         """Velocity [mm/s] at the end of the step that ends at x, shape [nodes, width]."""

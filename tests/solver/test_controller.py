@@ -8,15 +8,23 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from knotfem.solver.stepping.controller import StepController
+from knotfem.solver.stepping.pace import Outcome, Pace, Trial
 
 CONTROLLER = StepController(first=0.1, smallest=1e-3, largest=0.4, move=0.3)
 TIMES = np.array([0.25, 0.37, 1.0])
 
 
+def following(dt: float, wanted: float, iterations: int, moved: float, rejected: int) -> float:
+    """Length wanted after a step of length `dt`."""
+    pace = CONTROLLER.after_success(Pace(wanted), Trial(dt, False), Outcome(iterations, moved, rejected))
+    assert pace == Pace(pace.advance)
+    return pace.advance
+
+
 def test_it_has_no_state():
     with pytest.raises(FrozenInstanceError):
         CONTROLLER.first = 0.2  # pyright: ignore[reportAttributeAccessIssue]
-    answers = [CONTROLLER.after_success(0.1, 0.1, 5, 0.1, 0) for _ in range(3)]
+    answers = [following(0.1, 0.1, 5, 0.1, 0) for _ in range(3)]
     assert len(set(answers)) == 1
     assert StepController(0.1, 1e-3, 0.4, 0.3) == CONTROLLER
 
@@ -66,47 +74,60 @@ def test_every_output_time_is_met_exactly_and_no_step_is_longer_than_wanted(dt, 
 
 def test_easy_steps_grow_and_hard_ones_shrink():
     still = 0.0
-    assert CONTROLLER.after_success(0.1, 0.1, CONTROLLER.few, still, 0) == pytest.approx(0.14)
-    assert CONTROLLER.after_success(0.1, 0.1, CONTROLLER.few + 1, still, 0) == pytest.approx(0.1)
-    assert CONTROLLER.after_success(0.1, 0.1, CONTROLLER.many, still, 0) == pytest.approx(0.07)
+    assert following(0.1, 0.1, CONTROLLER.few, still, 0) == pytest.approx(0.14)
+    assert following(0.1, 0.1, CONTROLLER.few + 1, still, 0) == pytest.approx(0.1)
+    assert following(0.1, 0.1, CONTROLLER.many, still, 0) == pytest.approx(0.07)
 
 
 def test_after_rejections_the_next_step_is_no_longer():
-    assert CONTROLLER.after_success(0.04, 0.04, 3, 0.0, 2) == pytest.approx(0.04)
-    assert CONTROLLER.after_success(0.04, 0.04, 20, 0.0, 1) == pytest.approx(0.04)
+    assert following(0.04, 0.04, 3, 0.0, 2) == pytest.approx(0.04)
+    assert following(0.04, 0.04, 20, 0.0, 1) == pytest.approx(0.04)
 
 
 def test_the_next_step_aims_at_the_move():
-    assert CONTROLLER.after_success(0.1, 0.1, 3, 0.6, 0) == pytest.approx(0.05)
-    assert CONTROLLER.after_success(0.1, 0.1, 3, 0.25, 0) == pytest.approx(0.12)
-    assert CONTROLLER.after_success(0.1, 0.1, 3, 0.01, 0) == pytest.approx(0.14)
+    assert following(0.1, 0.1, 3, 0.6, 0) == pytest.approx(0.05)
+    assert following(0.1, 0.1, 3, 0.25, 0) == pytest.approx(0.12)
+    assert following(0.1, 0.1, 3, 0.01, 0) == pytest.approx(0.14)
 
 
 def test_a_step_cut_short_by_an_output_time_does_not_shorten_the_next():
     """One of 0.01 s where 0.2 s were wanted: the length wanted stays the base, the move counts by its own step."""
-    assert CONTROLLER.after_success(0.01, 0.2, 3, 0.0, 0) == pytest.approx(0.28)
-    assert CONTROLLER.after_success(0.01, 0.2, 3, 0.03, 0) == pytest.approx(0.1)
-    assert CONTROLLER.after_success(0.15, 0.2, 3, 0.0, 0) == pytest.approx(0.21)
+    assert following(0.01, 0.2, 3, 0.0, 0) == pytest.approx(0.28)
+    assert following(0.01, 0.2, 3, 0.03, 0) == pytest.approx(0.1)
+    assert following(0.15, 0.2, 3, 0.0, 0) == pytest.approx(0.21)
 
 
 @settings(deadline=None)
 @given(st.floats(1e-3, 0.4), st.floats(1e-3, 0.4), st.integers(1, 60), st.floats(0.0, 1e3), st.integers(0, 5))
 def test_lengths_stay_within_bounds(dt, wanted, iterations, moved, rejected):
-    found = CONTROLLER.after_success(dt, wanted, iterations, moved, rejected)
+    found = following(dt, wanted, iterations, moved, rejected)
     assert CONTROLLER.smallest <= found <= CONTROLLER.largest
 
 
 def test_failures_cut_until_the_smallest_step_has_failed():
-    dt, tried = CONTROLLER.first, []
-    while dt is not None:
-        tried.append(dt)
-        dt = CONTROLLER.after_failure(dt)
+    pace, tried = CONTROLLER.start(), []
+    while pace is not None:
+        tried.append(pace.advance)
+        pace = CONTROLLER.after_failure(pace, Trial(pace.advance, False))
     np.testing.assert_allclose(tried, 0.1 * 0.4 ** np.arange(7))
     assert tried[-1] <= CONTROLLER.smallest < tried[-2]
 
 
 def test_a_step_that_leaps_is_too_far_unless_it_is_the_smallest():
     limit = CONTROLLER.most_move * CONTROLLER.move
-    assert not CONTROLLER.too_far(limit, 0.1)
-    assert CONTROLLER.too_far(1.0001 * limit, 0.1)
-    assert not CONTROLLER.too_far(1e3, CONTROLLER.smallest)
+    assert not CONTROLLER.too_far(limit, Trial(0.1, False))
+    assert CONTROLLER.too_far(1.0001 * limit, Trial(0.1, False))
+    assert not CONTROLLER.too_far(1e3, Trial(CONTROLLER.smallest, False))
+
+
+def test_nothing_is_tried_past_the_last_output_time():
+    assert CONTROLLER.trial(CONTROLLER.start(), 1.0, TIMES) is None
+    assert CONTROLLER.trial(CONTROLLER.start(), 1.0 - 1e-13, TIMES) is None
+    assert CONTROLLER.trial(Pace(0.3), 0.0, TIMES) == Trial(0.25, True)
+
+
+def test_in_real_time_rates_are_taken_over_the_step():
+    trial = CONTROLLER.trial(CONTROLLER.start(), 0.0, TIMES)
+    assert trial is not None
+    assert trial.rates_over is None
+    assert trial.dt == trial.advance == 0.1

@@ -86,7 +86,7 @@ def make_rods(scene: Scene, initial: list[InitialRod], obstacles: tuple[Obstacle
         contact_spec(scene),
         [*_cylinders(scene), *(ObstacleSpec(o.surface, o.friction) for o in obstacles)],
         gravity_of(scene),
-        scene.drag.rate if scene.drag is not None and DRAG.wanted(scene) else None,
+        0.0 if DRAG.wanted(scene) else None,
         inertia=INERTIA.wanted(scene),
     )
     if VISCOUS_DRAG.wanted(scene):

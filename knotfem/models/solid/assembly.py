@@ -41,8 +41,7 @@ def make_terms(body: Body, obstacles: tuple[Obstacle, ...] = ()) -> list[Term]:
     if DRAG.wanted(scene):
         from knotfem.terms.inertia import Drag
 
-        assert scene.drag is not None
-        terms.append(Drag(body.mass, scene.drag.rate))
+        terms.append(Drag(body.mass))
     if GRAVITY.wanted(scene):
         from knotfem.terms.gravity import Gravity
 

@@ -34,12 +34,14 @@ class Solution:
         x: unknowns, shape [nodes, width].
         iterations: of Newton's method.
         imbalance: that is left.
+        residual: at x, reactions included [N], shape of x.
         damping: Levenberg-Marquardt damping to begin the next solve with [N/mm].
     """
 
     x: np.ndarray
     iterations: int
     imbalance: Imbalance
+    residual: np.ndarray
     damping: float
 
 
@@ -127,7 +129,7 @@ class _Solve:
             if not pending and self.iterations > 0 and self._excess < 1.0:
                 if not system.admissible:
                     raise StepFailed("an element is inverted")
-                return Solution(x, self.iterations, self.imbalance, self.damping)
+                return Solution(x, self.iterations, self.imbalance, residual, self.damping)
             self._check_limits()
             promising = self._whole and not self._reused and newton.reuse.promising(before, self._excess)
             du = system.resolve(-residual) if promising and not pending else None

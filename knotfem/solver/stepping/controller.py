@@ -1,10 +1,12 @@
-"""How long time steps are: a pure function of how the last ones went."""
+"""Steps in real time: their length follows how the last ones went."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+
+from knotfem.solver.stepping.pace import Outcome, Pace, Trial
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,22 @@ class StepController:
     cut: float = 0.4
     most_move: float = 1.5
 
+    @property
+    def watches_balance(self) -> bool:
+        """Real time goes on whatever viscous terms and inertia carry."""
+        return False
+
+    def start(self) -> Pace:
+        """For the first step."""
+        return Pace(self.first)
+
+    def trial(self, pace: Pace, now: float, output_times: np.ndarray) -> Trial | None:
+        """The next step to try."""
+        if reached(now, output_times):
+            return None
+        dt, at_output = self.length(pace.advance, now, output_times)
+        return Trial(dt, at_output)
+
     def length(self, dt: float, now: float, output_times: np.ndarray) -> tuple[float, bool]:
         """Length of the next step, such that output times are met exactly, and whether it ends at one.
 
@@ -49,31 +67,40 @@ class StepController:
             return left, True
         return (0.5 * left, False) if dt > 0.6 * left else (dt, False)
 
-    def too_far(self, moved: float, dt: float) -> bool:
+    def too_far(self, moved: float, trial: Trial) -> bool:
         """Whether a step that moved a node by so much is to be rejected."""
-        return moved > self.most_move * self.move and dt > self.smallest
+        return moved > self.most_move * self.move and trial.advance > self.smallest
 
-    def after_failure(self, dt: float) -> float | None:
-        """Length of the next attempt, or None where there is none left."""
-        return None if dt <= self.smallest else self.cut * dt
+    def after_failure(self, pace: Pace, trial: Trial) -> Pace | None:
+        """A shorter attempt, or None where there is none left."""
+        return None if trial.advance <= self.smallest else Pace(self.cut * trial.advance)
 
-    def after_success(self, dt: float, wanted: float, iterations: int, moved: float, rejected: int) -> float:
+    def after_success(self, pace: Pace, trial: Trial, outcome: Outcome) -> Pace:
+        """The next step."""
+        return Pace(self.next_length(pace.advance, trial.advance, outcome))
+
+    def next_length(self, wanted: float, dt: float, outcome: Outcome, grow: float | None = None) -> float:
         """Length that the next step is wanted to have.
 
         Args:
-            dt: of the accepted step.
-            wanted: what it was wanted to be, before output times shortened it.
-            iterations: that it took.
-            moved: longest move of a node in it [mm].
-            rejected: attempts that were rejected before.
+            wanted: what the last one was wanted to be, before output times shortened it.
+            dt: what it was.
+            outcome: how it went.
+            grow: factor after an easy step; None for `grow`.
         """
-        if not rejected and iterations <= self.few:
-            factor = self.grow
-        elif not rejected and iterations >= self.many:
+        if not outcome.rejected and outcome.iterations <= self.few:
+            factor = self.grow if grow is None else grow
+        elif not outcome.rejected and outcome.iterations >= self.many:
             factor = self.shrink
         else:
             factor = 1.0
-        base = dt if rejected or dt > 0.5 * wanted else wanted
-        if moved > 0.0:
-            factor = min(factor, self.move / moved * dt / base)
+        base = dt if outcome.rejected or dt > 0.5 * wanted else wanted
+        if outcome.moved > 0.0:
+            factor = min(factor, self.move / outcome.moved * dt / base)
         return min(max(factor * base, self.smallest), self.largest)
+
+
+def reached(now: float, output_times: np.ndarray) -> bool:
+    """Whether the last output time is reached [s]."""
+    end = float(output_times[-1])
+    return now >= end - 1e-12 * max(1.0, abs(end))

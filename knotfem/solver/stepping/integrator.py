@@ -12,7 +12,7 @@ from knotfem.errors import NotConverged
 from knotfem.solver.nonlinear.newton import Interrupt, Newton, Solution, StepFailed
 from knotfem.solver.nonlinear.tolerance import Sections
 from knotfem.solver.state import State, longest_move
-from knotfem.solver.stepping.controller import StepController
+from knotfem.solver.stepping.pace import Outcome, Pace, Pacing, Trial
 from knotfem.solver.system import System
 
 
@@ -23,15 +23,15 @@ class Continuation:
     Attributes:
         state: accepted.
         increment: last accepted move [mm], shape [nodes, width].
-        increment_dt: length of the step of that move [s], 0 where there is none to extrapolate.
-        dt: length wanted of the next step [s], 0 for the controller's first.
+        advance: of loads in the step of that move [s], 0 where there is none to extrapolate.
+        pace: how the next step is meant to be, None for the first.
         damping: Levenberg-Marquardt damping to begin with [N/mm].
     """
 
     state: State
     increment: np.ndarray
-    increment_dt: float = 0.0
-    dt: float = 0.0
+    advance: float = 0.0
+    pace: Pace | None = None
     damping: float = 0.0
 
     @classmethod
@@ -47,17 +47,21 @@ class AcceptedStep:
     Attributes:
         start: the state it set out from.
         after: how to go on, with the state it ended at.
-        dt: its length [s].
+        advance: of loads [s].
+        dt: time over which rates were taken [s].
+        settled: whether it ended in equilibrium, as far as the pacing asks for it.
         solution: of Newton's method.
         rejected: attempts that were rejected before.
         failure: why the last of them was; "" for none.
         wall: seconds, rejected attempts included.
-        at_output: whether it ended exactly at an output time.
+        at_output: whether it ended exactly at an output time, settled.
     """
 
     start: State
     after: Continuation
+    advance: float
     dt: float
+    settled: bool
     solution: Solution
     rejected: int
     failure: str
@@ -73,7 +77,7 @@ class AcceptedStep:
 def integrate(
     system: System,
     start: Continuation,
-    controller: StepController,
+    pacing: Pacing,
     newton: Newton,
     sections: Sections,
     output_times: np.ndarray,
@@ -84,7 +88,7 @@ def integrate(
     Args:
         system: equations.
         start: where to set out.
-        controller: of the length of steps.
+        pacing: decides on steps.
         newton: solver of a step.
         sections: over which resultants are summed.
         output_times: ascending [s]; they are met exactly.
@@ -94,10 +98,8 @@ def integrate(
     Raises:
         NotConverged: the smallest step failed.
     """
-    now = start if start.dt > 0.0 else replace(start, dt=controller.first)
-    end = float(output_times[-1])
-    while now.state.time < end - 1e-12 * max(1.0, abs(end)):
-        step = advance(system, now, controller, newton, sections, output_times, interrupt)
+    now = start
+    while (step := advance(system, now, pacing, newton, sections, output_times, interrupt)) is not None:
         now = step.after
         yield step
 
@@ -105,58 +107,75 @@ def integrate(
 def advance(
     system: System,
     now: Continuation,
-    controller: StepController,
+    pacing: Pacing,
     newton: Newton,
     sections: Sections,
     output_times: np.ndarray,
     interrupt: Interrupt | None = None,
-) -> AcceptedStep:
-    """Take one step, shorter and shorter until it is accepted; see `integrate`."""
+) -> AcceptedStep | None:
+    """Take one step, smaller and smaller until it is accepted; None where there is none to take. See `integrate`."""
     began, state = time.perf_counter(), now.state
+    pace = pacing.start() if now.pace is None else now.pace
     rejected, failure = 0, ""
-    trial = now
+    attempt = now
     while True:
-        dt, at_output = controller.length(trial.dt, state.time, output_times)
+        trial = pacing.trial(pace, state.time, output_times)
+        if trial is None:
+            return None
         try:
-            solution, after = _attempt(system, trial, dt, controller, newton, sections, interrupt)
+            solution, after = _attempt(system, attempt, trial, pacing, newton, sections, interrupt)
             break
         except (StepFailed, ZeroDivisionError) as error:
             failure = "strands or nodes lie on each other" if isinstance(error, ZeroDivisionError) else str(error)
             rejected += 1
-            shorter = controller.after_failure(dt)
-            if shorter is None:
+            smaller = pacing.after_failure(pace, trial)
+            if smaller is None:
                 raise NotConverged(
-                    f"no balance at time {state.time:.6g} s with the smallest step {dt:.3g} s: {failure}"
+                    f"no balance at time {state.time:.6g} s with the smallest step {trial.dt:.3g} s: {failure}"
                 ) from error
-            trial = replace(
-                trial,
-                dt=shorter,
-                damping=max(trial.damping, newton.damping.start),
-                increment_dt=0.0 if rejected > 2 else trial.increment_dt,
+            pace = smaller
+            attempt = replace(
+                attempt,
+                damping=max(attempt.damping, newton.damping.start),
+                advance=0.0 if rejected > 2 else attempt.advance,
             )
-    moved = longest_move(solution.x - state.x)
-    wanted = controller.after_success(dt, trial.dt, solution.iterations, moved, rejected)
-    going_on = Continuation(after, solution.x - state.x, dt, wanted, solution.damping)
-    return AcceptedStep(state, going_on, dt, solution, rejected, failure, time.perf_counter() - began, at_output)
+    outcome = _outcome(system, solution, state, rejected, sections, pacing)
+    following = pacing.after_success(pace, trial, outcome)
+    going_on = Continuation(after, solution.x - state.x, trial.advance, following, solution.damping)
+    at_output = (trial.at_output or pace.due) and not following.settling
+    wall = time.perf_counter() - began
+    return AcceptedStep(
+        state, going_on, trial.advance, trial.dt, not following.settling, solution, rejected, failure, wall, at_output
+    )
 
 
 def _attempt(
     system: System,
-    trial: Continuation,
-    dt: float,
-    controller: StepController,
+    attempt: Continuation,
+    trial: Trial,
+    pacing: Pacing,
     newton: Newton,
     sections: Sections,
     interrupt: Interrupt | None,
 ) -> tuple[Solution, State]:
-    state = trial.state
-    step = system.begin(state, dt)
+    state = attempt.state
+    step = system.begin(state, trial.dt, None if trial.rates_over is None else trial.advance)
     x = state.x
-    if trial.increment_dt > 0.0:
-        move = trial.increment * (dt / trial.increment_dt)
+    if attempt.advance > 0.0 and trial.advance > 0.0:
+        move = attempt.increment * (trial.advance / attempt.advance)
         x = x + system.allowed_fraction(x, move) * move
-    solution = newton.solve(system, x, step, sections, trial.damping, interrupt)
+    solution = newton.solve(system, x, step, sections, attempt.damping, interrupt)
     moved = longest_move(solution.x - state.x)
-    if controller.too_far(moved, dt):
+    if pacing.too_far(moved, trial):
         raise StepFailed(f"a node moved by {moved:.3g} mm in one step")
     return solution, system.commit(solution.x, step)
+
+
+def _outcome(
+    system: System, solution: Solution, state: State, rejected: int, sections: Sections, pacing: Pacing
+) -> Outcome:
+    moved = longest_move(solution.x - state.x)
+    if not pacing.watches_balance:
+        return Outcome(solution.iterations, moved, rejected)
+    carried = sections.largest_sum(system.rate_forces(solution.x))
+    return Outcome(solution.iterations, moved, rejected, carried, system.largest_load(solution.x, solution.residual))
