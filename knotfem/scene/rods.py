@@ -151,7 +151,8 @@ class Rod(Table):
 
     Attributes:
         name: for ends, pairs, tables.
-        centerline: a shipped name, or a CSV, JSON or TOML file; scaled about the origin to the rod's length.
+        centerline: a shipped name, or a CSV, JSON or TOML file; scaled about the origin to the rod's length. Scenes may
+            spell the key `centreline`.
         length: [mm].
         diameter: [mm].
         rotation: of the scaled curve, before `origin`.

@@ -89,6 +89,14 @@ def test_tie(calls: Calls) -> None:
     assert "wall_s  1.5" in result.stderr
 
 
+@pytest.mark.parametrize("key", ["centerline", "centreline"])
+def test_a_centreline_in_either_spelling(calls: Calls, key: str) -> None:
+    assert (
+        call("tie", "overhand", "--set", f"rods.0.{key}=figure_eight", "--set", "rods.0.length=528 mm").exit_code == 0
+    )
+    assert calls[0][1].rods[0].centerline == "figure_eight"
+
+
 def test_quiet_and_json(calls: Calls) -> None:
     assert call("tie", "bowline", "-o", "a", "--quiet").output == "a\n"
     result = call("tie", "bowline", "-o", "b", "--log-format", "json")
