@@ -9,7 +9,7 @@ contact plane along the secondary rod's tangent and across it,
              = mu N e/|e|            beyond: the pair slides
 
 and the force acts on those two material points, rolling and twisting included. On an accepted step the slip is cut to
-mu N/k where the pair slides and both points are taken anew at the present contact, so that the contact may move on
+mu N/k where the pair slides and both points are recomputed at the present contact, so that the contact may move on
 along the rods and roll without end, while slip that is not cut stays.
 """
 

@@ -32,7 +32,7 @@ def export(
     rods each name begins with that of its rod. Fields are those of the time series and `displacement`; see
     `knotfem.mesh.export.write_mesh` for what each format takes.
 
-    A `.inp` file of hexahedra is a deck of static steps: with `reference` the straight rod, laid so that its start is
+    A `.inp` file of hexahedra is a deck of static steps: with `reference` the straight rod, placed so that its start is
     where it is in the state, and its end is carried from there to where that is; without it the deformed mesh, free of
     stress, with its ends held.
 
@@ -80,7 +80,7 @@ def _hexahedra(fields: StateFields, scene: Scene, reference: bool) -> ExportMesh
 
 
 def _with_deck(made: ExportMesh, fields: StateFields, scene: Scene, reference: bool) -> ExportMesh:
-    """With the cards of a deck; straight rods are laid to where they start."""
+    """With the cards of a deck; straight rods are placed where they start."""
     materials: list[Solid | Springs] = []
     held: list[str] = []
     points, paths, first = made.points.copy(), [], 0

@@ -171,7 +171,7 @@ class Relax(_Step):
 
     Attributes:
         kind: always "relax".
-        kinetic_over_elastic: at rest once the kinetic energy is below this share of the elastic one.
+        kinetic_over_elastic: at rest once the kinetic energy is below this fraction of the elastic one.
         longest: time after which a rod that does not come to rest is given up [s].
     """
 
@@ -255,7 +255,7 @@ class Release(_Step):
     Attributes:
         kind: always "release".
         duration: at most [s].
-        kinetic_over_elastic: at rest once the kinetic energy is below this share of the elastic one.
+        kinetic_over_elastic: at rest once the kinetic energy is below this fraction of the elastic one.
         must_hold: by default an unravelled knot is a result, no error.
     """
 

@@ -5,12 +5,15 @@ from __future__ import annotations
 import re
 import runpy
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import nbformat
 import pytest
 from matplotlib import pyplot
 from nbclient import NotebookClient
+
+import knotfem as kf
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "docs" / "examples"
@@ -37,6 +40,17 @@ def test_notebook(tmp_path: Path) -> None:
     notebook = nbformat.read(EXAMPLES / "bowline.ipynb", as_version=4)
     nbformat.validate(notebook)
     NotebookClient(notebook, timeout=600, resources={"metadata": {"path": str(tmp_path)}}).execute()
+
+
+def test_a_term_of_your_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    block = re.search(r"```python\n(.*?)```", (ROOT / "docs" / "new-term.md").read_text(encoding="utf-8"), re.DOTALL)
+    assert block is not None
+    short = {"rods.0.mesh.element_length": "6 mm", "steps.pull.displacement": "1 mm"}
+    pull = kf.pull
+    monkeypatch.setattr(kf, "pull", lambda scene, changes, **given: pull(scene, {**changes, **short}, **given))
+    names: dict[str, Any] = {}
+    exec(block.group(1), names)
+    assert names["run"].energy["spring"].min() > 0.0
 
 
 def test_the_ten_lines_of_the_readme_are_the_script() -> None:
