@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from knotfem.errors import InputError
+from knotfem.files import write_atomically
 from knotfem.plot.opengl import prepare
 from knotfem.plot.surface import Surface, boundary, on_nodes, smooth_tube
 
@@ -331,12 +333,6 @@ class _Frame:
 def _save(plotter: Any, out: Path) -> None:
     from PIL import Image
 
-    temporary = out.with_name(f".{out.name}.part")
-    pixels = plotter.screenshot(return_img=True)
-    try:
-        Image.fromarray(pixels).save(temporary, format="PNG")
-        temporary.replace(out)
-    except OSError as error:
-        raise InputError(f"cannot be written ({error.strerror or error})", file=out) from error
-    finally:
-        temporary.unlink(missing_ok=True)
+    picture = BytesIO()
+    Image.fromarray(plotter.screenshot(return_img=True)).save(picture, format="PNG")
+    write_atomically(out, picture.getvalue())

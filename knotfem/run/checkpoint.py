@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from knotfem.errors import InputError
-from knotfem.run.files import cannot_write, write_atomically
+from knotfem.errors import InputError, cannot_read, cannot_write
+from knotfem.files import write_atomically
 
 _TREE = "tree"
 _ARRAY, _TUPLE = "$array", "$tuple"
@@ -106,7 +106,7 @@ class CheckpointStore:
         try:
             content = path.read_bytes()
         except OSError as error:
-            raise InputError(f"cannot be read ({error.strerror})", file=path) from None
+            raise cannot_read(path, error) from None
         return self._add(content, _name(path))
 
     def latest(self) -> Checkpoint | None:

@@ -6,24 +6,23 @@ import os
 import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from datetime import UTC, datetime
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
-from knotfem.errors import InputError
-from knotfem.run.checkpoint import CheckpointStore
-from knotfem.run.colours import COLOURS
-from knotfem.run.files import (
+from knotfem.errors import InputError, cannot_write
+from knotfem.files import (
     PART_SUFFIX,
     append,
-    cannot_write,
     json_line,
     read_json,
     whole_lines,
     write_atomically,
     write_json,
 )
+from knotfem.run.checkpoint import CheckpointStore
+from knotfem.run.colours import COLOURS
+from knotfem.run.provenance import timestamp
 from knotfem.scene.load import Overrides, load_scene
 from knotfem.scene.model import Scene
 from knotfem.scene.write import scene_to_toml
@@ -197,8 +196,8 @@ class RunDirectory:
             state: of the run.
             **progress: whatever helps a reader, such as phase, displacement_mm, fraction.
         """
-        now = datetime.now(UTC).isoformat(timespec="seconds")
-        write_json(self.path / "status.json", {"state": state, "updated": now, "pid": os.getpid(), **progress})
+        now, pid = timestamp(), os.getpid()
+        write_json(self.path / "status.json", {"state": state, "updated": now, "pid": pid, **progress})
 
     def read_status(self) -> dict[str, Any]:
         """What status.json holds.

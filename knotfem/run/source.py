@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from knotfem.errors import InputError
+from knotfem.files import read_json, write_json
 from knotfem.geometry.frames import tangents
 from knotfem.models.rod.initial import SourceRod
 from knotfem.run.checkpoint import RunCheckpoint, read_checkpoint
 from knotfem.run.directory import SOURCE, TIED, RunDirectory
-from knotfem.run.files import read_json, write_json
 from knotfem.scene.model import Scene
 
 

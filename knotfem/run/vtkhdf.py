@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from knotfem.errors import InputError
+from knotfem.errors import cannot_write
+from knotfem.files import write_atomically
 from knotfem.run.frames import Frame, read_times
 from knotfem.run.hdf_layout import append_frame, as_stored, stored_bytes, truncate, write_constant, write_mesh
 
@@ -82,13 +83,7 @@ class VtkHdfSeries:
             for kind, arrays in (("PointData", point_data), ("CellData", cell_data)):
                 for name, values in arrays.items():
                     write_constant(file["VTKHDF"], kind, name, values)
-        temporary = path.with_name(f".{path.name}.part")
-        try:
-            temporary.write_bytes(buffer.getbuffer())
-        except OSError as error:
-            temporary.unlink(missing_ok=True)
-            raise InputError(f"cannot be written ({error.strerror or error})", file=path) from error
-        _sync_and_replace(temporary, path)
+        write_atomically(path, buffer.getvalue())
         return cls(path)
 
     def append(
@@ -192,7 +187,7 @@ class _Writing:
             self.file = h5py.File(self.path, "r+", locking=False)
         except OSError as error:
             self.path.unlink(missing_ok=True)
-            raise InputError(f"cannot be written ({error.strerror or error})", file=self.known_as) from error
+            raise cannot_write(self.known_as, error) from error
         return self.file["VTKHDF"]
 
     def __exit__(
@@ -213,7 +208,7 @@ def _copy(source: Path, target: Path) -> None:
         shutil.copyfile(source, target)
     except OSError as error:
         target.unlink(missing_ok=True)
-        raise InputError(f"cannot be written ({error.strerror or error})", file=source) from error
+        raise cannot_write(source, error) from error
 
 
 def _sync_and_replace(source: Path, target: Path) -> None:
@@ -222,4 +217,4 @@ def _sync_and_replace(source: Path, target: Path) -> None:
             os.fsync(file.fileno())
         source.replace(target)
     except OSError as error:
-        raise InputError(f"cannot be written ({error.strerror or error})", file=target) from error
+        raise cannot_write(target, error) from error

@@ -11,7 +11,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from knotfem import shipped
-from knotfem.errors import InputError
+from knotfem.errors import InputError, cannot_read
 from knotfem.scene.effects import Cylinder
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import CURVE_SUFFIXES, Rod
@@ -114,7 +114,7 @@ def read_toml(path: Path) -> dict[str, Any]:
     except IsADirectoryError:
         raise InputError("this is a directory", file=path, expected="a scene file") from None
     except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror})", file=path) from None
+        raise cannot_read(path, error) from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"not a TOML file: {error}", file=path) from None
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from knotfem import files
 from knotfem.errors import InputError
-from knotfem.run import files
 from knotfem.run.columns import FORCE_COLUMNS, TIE_COLUMNS
 from knotfem.run.directory import TIED, RunDirectory
 from knotfem.run.disk import DiskStore
