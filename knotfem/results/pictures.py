@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from knotfem.errors import InputError
-from knotfem.models.solid.body import mesh_of
+from knotfem.models.solid.body import meshes_of
 from knotfem.plot.render import Cylinder, render_mesh, show_mesh
 from knotfem.results.fields import StateFields
 from knotfem.run.colours import COLOURS, DIVERGING
@@ -85,9 +85,4 @@ def _rings(scene: Scene, points: int) -> list[np.ndarray]:
         sections = [rod.slices + 1 for rod in scene.rods]
         grid = np.arange(points).reshape(sum(sections), -1)
         return np.split(grid, np.cumsum(sections)[:-1])
-    rings, first = [], 0
-    for rod in scene.rods:
-        mesh = mesh_of(rod)
-        rings.append(mesh.ring_nodes + first)
-        first += len(mesh.nodes)
-    return rings
+    return [mesh.ring_nodes + first for mesh, first in meshes_of(scene)]

@@ -183,15 +183,19 @@ def _to_tree(value: Any, arrays: list[np.ndarray]) -> Any:
     if isinstance(value, list):
         return [_to_tree(item, arrays) for item in value]
     if isinstance(value, np.ndarray | np.generic):
-        array = np.asarray(value)
-        if array.dtype.kind not in "biufc":
-            raise TypeError(f"a checkpoint takes no arrays of {array.dtype}")
-        arrays.append(np.ascontiguousarray(array) if array.ndim else array)
-        order = "F" if array.flags.f_contiguous and not array.flags.c_contiguous else "C"
-        return {_ARRAY: len(arrays) - 1, "order": order, "scalar": isinstance(value, np.generic)}
+        return _array_to_tree(value, arrays)
     if value is None or isinstance(value, bool | int | float | str):
         return value
     raise TypeError(f"a checkpoint takes no {type(value).__name__}")
+
+
+def _array_to_tree(value: np.ndarray | np.generic, arrays: list[np.ndarray]) -> dict[str, Any]:
+    array = np.asarray(value)
+    if array.dtype.kind not in "biufc":
+        raise TypeError(f"a checkpoint takes no arrays of {array.dtype}")
+    arrays.append(np.ascontiguousarray(array) if array.ndim else array)
+    order = "F" if array.flags.f_contiguous and not array.flags.c_contiguous else "C"
+    return {_ARRAY: len(arrays) - 1, "order": order, "scalar": isinstance(value, np.generic)}
 
 
 def _decode(tree: Any, arrays: Mapping[str, np.ndarray]) -> Any:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import platform
 import sys
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -56,13 +57,19 @@ class Provenance:
         self._path = folder / "provenance.json"
         self._sessions: list[dict[str, Any]] = read_json(self._path)["sessions"] if self._path.exists() else []
 
-    def begin(self, *, threads: int) -> None:
+    @property
+    def additions(self) -> dict[str, list[str]] | None:
+        """Names of what the user added to the last session as objects; None where there is no session that says so."""
+        return self._sessions[-1].get("additions") if self._sessions else None
+
+    def begin(self, *, threads: int, additions: Mapping[str, Sequence[str]]) -> None:
         """Start a session.
 
         The linear solver is noted once it is known. The seed is null: no run draws what another seed would change.
 
         Args:
             threads: in use.
+            additions: names of what the user adds as objects, by kind.
         """
         self._sessions.append(
             {
@@ -73,6 +80,7 @@ class Provenance:
                 "versions": library_versions(),
                 "linear_solver": None,
                 "threads": threads,
+                "additions": additions,
                 "seed": None,
                 "start": timestamp(),
                 "end": None,

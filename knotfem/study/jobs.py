@@ -129,16 +129,17 @@ class Jobs:
             return False
         if _physics(run.scene) != _physics(scene):
             raise InputError("the folder holds a run of another scene", file=run.path, expected="another folder (-o)")
-        state = run.read_status() if (run.path / "status.json").exists() else {"state": "stopped"}
-        if state["state"] not in ("done", "failed"):
+        status = run.status
+        state = status.get("state")
+        if state not in ("done", "failed"):
             return False
-        code = int(state.get("exit_code", NotConverged.exit_code)) if state["state"] == "failed" else 0
+        code = int(status.get("exit_code", NotConverged.exit_code)) if state == "failed" else 0
         if code and code not in FAILURES:
             return False
-        self.outcomes[level.name] = Outcome(state["state"], str(state.get("reason", "")), code)
-        if state["state"] == "done":
+        self.outcomes[level.name] = Outcome(state, str(status.get("reason", "")), code)
+        if state == "done":
             self._learn(scene, START_SECONDS + _spent(run))
-        self.tell(f"{level.name}: {state['state']} already")
+        self.tell(f"{level.name}: {state} already")
         return True
 
     def _fits(self, level: Level) -> bool:
@@ -181,7 +182,7 @@ class Jobs:
 
     def _ended(self, level: Level, code: int, seconds: float) -> None:
         run = self.run_of(level)
-        reason = str(run.read_status().get("reason", "")) if (run.path / "status.json").exists() else ""
+        reason = str(run.status.get("reason", ""))
         if code == 0:
             self.outcomes[level.name] = Outcome("done")
             self._learn(run.scene, START_SECONDS + _spent(run))
