@@ -9,15 +9,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from knotfem.errors import InputError, MissingDependency
 from knotfem.files import write_atomically
+from knotfem.types import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-FloatArray = NDArray[np.float64]
 Table = Mapping[str, ArrayLike] | Sequence[Mapping[str, Any]]
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
@@ -141,9 +141,9 @@ def plot_tension(
 
 
 def plot_stretch(
-    arclength: FloatArray,
-    stretch_by_time: FloatArray,
-    times: FloatArray,
+    arclength: Array,
+    stretch_by_time: Array,
+    times: Array,
     out: str | Path,
     *,
     threshold: float | None = None,
@@ -246,7 +246,7 @@ def _paper_panels(out: str | Path, title: str | None, count: int, *, width: floa
         write_atomically(out, picture.getvalue())
 
 
-def _column(table: Table, name: str) -> FloatArray:
+def _column(table: Table, name: str) -> Array:
     try:
         values = table[name] if isinstance(table, Mapping) else [row[name] for row in table]
     except KeyError:

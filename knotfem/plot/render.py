@@ -9,15 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from knotfem.errors import InputError
 from knotfem.files import write_atomically
 from knotfem.plot.opengl import prepare
 from knotfem.plot.surface import Surface, boundary, on_nodes, smooth_tube
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from knotfem.types import Array, Index
 
 PLAIN = ("#e08a2c", "#3f78b5", "#5aa469", "#b55d8c")
 _HEIGHT = 1400
@@ -40,7 +38,7 @@ class Cylinder:
     radius: float
     length: float = float("inf")
 
-    def extent(self, cloud: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+    def extent(self, cloud: Array) -> tuple[Array, Array, float]:
         """Middle, direction and length of the part that is drawn.
 
         Args:
@@ -72,11 +70,11 @@ class Camera:
 
     direction: ArrayLike = (0.25, 1.0, -0.12)
     up: ArrayLike = (0.0, 0.0, 1.0)
-    target: FloatArray | None = None
+    target: Array | None = None
     margin: float = 0.06
 
 
-def zoomed(camera: Camera, target: FloatArray, radius: float) -> Camera:
+def zoomed(camera: Camera, target: Array, radius: float) -> Camera:
     """The same view, framing points of a centreline and the rod around them.
 
     Args:
@@ -89,12 +87,12 @@ def zoomed(camera: Camera, target: FloatArray, radius: float) -> Camera:
 
 
 def render_mesh(
-    points: FloatArray,
-    hexes: IntArray,
+    points: Array,
+    hexes: Index,
     out: str | Path,
     *,
-    scalars: FloatArray | None = None,
-    rings: Sequence[IntArray] = (),
+    scalars: Array | None = None,
+    rings: Sequence[Index] = (),
     cylinders: Sequence[Cylinder] = (),
     label: str = "",
     title: str | None = None,
@@ -150,11 +148,11 @@ def render_mesh(
 
 
 def show_mesh(
-    points: FloatArray,
-    hexes: IntArray,
+    points: Array,
+    hexes: Index,
     *,
-    scalars: FloatArray | None = None,
-    rings: Sequence[IntArray] = (),
+    scalars: Array | None = None,
+    rings: Sequence[Index] = (),
     cylinders: Sequence[Cylinder] = (),
     label: str = "",
     colour_map: str = "viridis",
@@ -205,13 +203,11 @@ def _add_scene(
     return mapper
 
 
-def _cloud(surfaces: Sequence[Surface]) -> FloatArray:
+def _cloud(surfaces: Sequence[Surface]) -> Array:
     return np.concatenate([surface.points for surface in surfaces])
 
 
-def _surfaces(
-    points: FloatArray, hexes: IntArray, scalars: FloatArray | None, rings: Sequence[IntArray]
-) -> list[Surface]:
+def _surfaces(points: Array, hexes: Index, scalars: Array | None, rings: Sequence[Index]) -> list[Surface]:
     """Surfaces of rods to be drawn; arguments as for `render_mesh`.
 
     Raises:
@@ -247,7 +243,7 @@ def polygons(surface: Surface) -> Any:
     return mesh
 
 
-def _cylinder(cylinder: Cylinder, cloud: FloatArray) -> Any:
+def _cylinder(cylinder: Cylinder, cloud: Array) -> Any:
     import pyvista as pv
 
     centre, axis, length = cylinder.extent(cloud)
@@ -292,7 +288,7 @@ def _formats_braces() -> bool:
 class _Frame:
     """A parallel projection that fits the target, with room on the right for a colour bar."""
 
-    def __init__(self, camera: Camera, cloud: FloatArray, size: tuple[int, int] | None, *, bar: bool) -> None:
+    def __init__(self, camera: Camera, cloud: Array, size: tuple[int, int] | None, *, bar: bool) -> None:
         forward = np.asarray(camera.direction, dtype=np.float64)
         self.forward = forward / np.linalg.norm(forward)
         right = np.cross(self.forward, np.asarray(camera.up, dtype=np.float64))

@@ -11,9 +11,7 @@ import numpy as np
 
 from knotfem.errors import InputError, cannot_read, cannot_write
 from knotfem.files import append, whole_lines, write_atomically
-from knotfem.run.columns import TEXT_COLUMNS
-
-Value = float | int | str | np.generic
+from knotfem.run.columns import TEXT_COLUMNS, Value
 
 
 class Table:

@@ -4,23 +4,18 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Mapping
 from io import BytesIO
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from knotfem.errors import cannot_write
 from knotfem.files import write_atomically
 from knotfem.run.frames import Frame, read_times
 from knotfem.run.hdf_layout import append_frame, as_stored, stored_bytes, truncate, write_constant, write_mesh
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-Arrays = Mapping[str, NDArray[Any]]
+from knotfem.types import Array, Arrays, Index
 
 _NOTHING: Arrays = {}
 _METADATA = 1 << 20  # bytes, well above what HDF5 adds to the arrays of a step
@@ -56,8 +51,8 @@ class VtkHdfSeries:
     def create(
         cls,
         path: str | Path,
-        reference: FloatArray,
-        cells: IntArray,
+        reference: Array,
+        cells: Index,
         *,
         point_data: Arrays = _NOTHING,
         cell_data: Arrays = _NOTHING,
@@ -87,7 +82,7 @@ class VtkHdfSeries:
         return cls(path)
 
     def append(
-        self, time: float, points: FloatArray, *, point_data: Arrays = _NOTHING, cell_data: Arrays = _NOTHING
+        self, time: float, points: Array, *, point_data: Arrays = _NOTHING, cell_data: Arrays = _NOTHING
     ) -> None:
         """Add a step; all steps carry the same arrays.
 
