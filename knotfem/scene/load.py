@@ -16,7 +16,6 @@ from knotfem.scene.effects import Cylinder
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import CURVE_SUFFIXES, Rod
 from knotfem.scene.table import input_error
-from knotfem.scene.write import scene_to_toml
 
 _ALTERNATIVES = {"section": "section_elements", "section_elements": "section"}
 """Keys of a rod's mesh of which only one may be given."""
@@ -59,7 +58,7 @@ def load_scene(source: str | Path | Scene, overrides: Overrides = ()) -> Scene:
 def _tables_of(source: str | Path | Scene) -> tuple[dict[str, Any], Path]:
     """Tables of a scene, and the file that they are from."""
     if isinstance(source, Scene):
-        return tomllib.loads(scene_to_toml(source)), Path(source.name)
+        return source.model_dump(mode="json", exclude_none=True), Path(source.name)
     name = str(source)
     path = shipped.scene_path(name) if name in shipped.scene_names() else Path(name)
     if path.suffix != ".toml" and not path.exists():
