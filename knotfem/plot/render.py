@@ -57,6 +57,48 @@ class Cylinder:
         return origin + axis * (low + high) / 2, axis, high - low
 
 
+@dataclass(frozen=True, eq=False)
+class Look:
+    """What is drawn of rods of hexahedra, and in which colours.
+
+    Attributes:
+        scalars: what to colour by, on nodes, shape (N,), or on hexahedra, shape (E,) (then averaged to the nodes).
+        rings: boundary nodes of each section, shape (n + 1, k), one array a rod: drawn as smooth tubes. Without them
+            the faces of the hexahedra are drawn.
+        cylinders: obstacles.
+        label: name and unit of the scalar, beside the colour bar.
+        colour_map: a matplotlib colour map.
+        limits: smallest and largest value of the colour map; those of the drawn surface if left out.
+    """
+
+    scalars: Array | None = None
+    rings: Sequence[Index] = ()
+    cylinders: Sequence[Cylinder] = ()
+    label: str = ""
+    colour_map: str = "viridis"
+    limits: tuple[float, float] | None = None
+
+    def surfaces(self, points: Array, hexes: Index) -> list[Surface]:
+        """Surfaces of rods, with their values.
+
+        Args:
+            points: see `render_mesh`.
+            hexes: likewise.
+
+        Raises:
+            InputError: the arrays do not fit.
+        """
+        values = self.scalars
+        if values is not None and len(values) == len(hexes) != len(points):
+            values = on_nodes(hexes, np.asarray(values, dtype=np.float64), len(points))
+        if values is not None and np.shape(values) != (len(points),):
+            expected = f"{len(points)} on nodes or {len(hexes)} on hexahedra"
+            raise InputError("scalars do not fit the mesh", found=f"shape {np.shape(values)}", expected=expected)
+        if self.rings:
+            return [smooth_tube(points[r], None if values is None else values[r]) for r in self.rings]
+        return [boundary(points, hexes, values)]
+
+
 @dataclass(frozen=True)
 class Camera:
     """Where to look from.
@@ -90,14 +132,9 @@ def render_mesh(
     points: Array,
     hexes: Index,
     out: str | Path,
+    look: Look | None = None,
     *,
-    scalars: Array | None = None,
-    rings: Sequence[Index] = (),
-    cylinders: Sequence[Cylinder] = (),
-    label: str = "",
     title: str | None = None,
-    colour_map: str = "viridis",
-    limits: tuple[float, float] | None = None,
     camera: Camera | None = None,
     size: tuple[int, int] | None = None,
 ) -> None:
@@ -107,14 +144,8 @@ def render_mesh(
         points: positions in mm, shape (N, 3).
         hexes: nodes of each hexahedron in VTK order, shape (E, 8).
         out: PNG file to write.
-        scalars: what to colour by, on nodes, shape (N,), or on hexahedra, shape (E,) (then averaged to the nodes).
-        rings: boundary nodes of each section, shape (n + 1, k), one array a rod: drawn as smooth tubes. Without them
-            the faces of the hexahedra are drawn.
-        cylinders: obstacles.
-        label: name and unit of the scalar, beside the colour bar.
+        look: what is drawn of them.
         title: heading.
-        colour_map: a matplotlib colour map.
-        limits: smallest and largest value of the colour map; those of the drawn surface if left out.
         camera: view; from -y, z upwards, by default.
         size: width and height of the picture in pixels; fitted to the target if left out.
 
@@ -122,22 +153,21 @@ def render_mesh(
         InputError: the suffix is not .png, the arrays do not fit, or the file cannot be written.
         MissingDependency: pyvista or an OpenGL library is absent.
     """
-    out = Path(out)
-    surfaces = _surfaces(points, hexes, scalars, rings)
+    out, look = Path(out), look or Look()
+    surfaces = look.surfaces(points, hexes)
     if out.suffix.lower() != ".png":
         raise InputError("no such picture format", file=out, found=out.suffix or "no suffix", expected=".png")
     prepare()
     import pyvista as pv
 
-    if limits is None:
-        limits = _limits(surfaces)
-    view = _Frame(camera or Camera(), _cloud(surfaces), size, bar=limits is not None)
+    coloured = any(surface.values is not None for surface in surfaces) or look.limits is not None
+    view = _Frame(camera or Camera(), _cloud(surfaces), size, bar=coloured)
     plotter: Any = pv.Plotter(off_screen=True, window_size=list(view.size), lighting="none")
     try:
         plotter.set_background("white")
-        mapper = _add_scene(plotter, surfaces, cylinders, colour_map, limits, smooth=bool(rings))
+        mapper = _add_scene(plotter, surfaces, look)
         if mapper is not None:
-            _colour_bar(plotter, mapper, label)
+            _colour_bar(plotter, mapper, look.label)
         if title:
             _text(plotter, title, left=True)
         view.look(plotter)
@@ -147,17 +177,7 @@ def render_mesh(
         plotter.close()
 
 
-def show_mesh(
-    points: Array,
-    hexes: Index,
-    *,
-    scalars: Array | None = None,
-    rings: Sequence[Index] = (),
-    cylinders: Sequence[Cylinder] = (),
-    label: str = "",
-    colour_map: str = "viridis",
-    limits: tuple[float, float] | None = None,
-) -> object:
+def show_mesh(points: Array, hexes: Index, look: Look | None = None) -> object:
     """Show rods of hexahedra in a window, or in a notebook's output; arguments as for `render_mesh`.
 
     Returns:
@@ -167,36 +187,29 @@ def show_mesh(
         InputError: the arrays do not fit.
         MissingDependency: pyvista or an OpenGL library is absent.
     """
-    surfaces = _surfaces(points, hexes, scalars, rings)
+    look = look or Look()
+    surfaces = look.surfaces(points, hexes)
     prepare(off_screen=False)
     import pyvista as pv
 
     plotter: Any = pv.Plotter()
-    limits = _limits(surfaces) if limits is None else limits
-    mapper = _add_scene(plotter, surfaces, cylinders, colour_map, limits, smooth=bool(rings))
+    mapper = _add_scene(plotter, surfaces, look)
     if mapper is not None:
-        plotter.add_scalar_bar(title=label, mapper=mapper)
+        plotter.add_scalar_bar(title=look.label, mapper=mapper)
     return plotter.show()
 
 
-def _add_scene(
-    plotter: Any,
-    surfaces: Sequence[Surface],
-    cylinders: Sequence[Cylinder],
-    colour_map: str,
-    limits: tuple[float, float] | None,
-    *,
-    smooth: bool,
-) -> Any:
+def _add_scene(plotter: Any, surfaces: Sequence[Surface], look: Look) -> Any:
     """Draw rods and obstacles; returns what colours the first rod by its values, or None without values."""
     mapper, cloud = None, _cloud(surfaces)
-    colouring: dict[str, Any] = {"scalars": "values", "cmap": colour_map, "clim": limits, "show_scalar_bar": False}
+    limits = _limits(surfaces) if look.limits is None else look.limits
+    colouring: dict[str, Any] = {"scalars": "values", "cmap": look.colour_map, "clim": limits, "show_scalar_bar": False}
     for i, surface in enumerate(surfaces):
         kind = {"color": PLAIN[i % len(PLAIN)]} if surface.values is None else colouring
-        actor = plotter.add_mesh(polygons(surface), smooth_shading=smooth, **GLOSS, **kind)
+        actor = plotter.add_mesh(polygons(surface), smooth_shading=bool(look.rings), **GLOSS, **kind)
         if surface.values is not None and mapper is None:
             mapper = actor.mapper
-    for cylinder in cylinders:
+    for cylinder in look.cylinders:
         plotter.add_mesh(
             _cylinder(cylinder, cloud), color="#b9bec4", smooth_shading=True, split_sharp_edges=True, **GLOSS
         )
@@ -205,22 +218,6 @@ def _add_scene(
 
 def _cloud(surfaces: Sequence[Surface]) -> Array:
     return np.concatenate([surface.points for surface in surfaces])
-
-
-def _surfaces(points: Array, hexes: Index, scalars: Array | None, rings: Sequence[Index]) -> list[Surface]:
-    """Surfaces of rods to be drawn; arguments as for `render_mesh`.
-
-    Raises:
-        InputError: the arrays do not fit.
-    """
-    if scalars is not None and len(scalars) == len(hexes) != len(points):
-        scalars = on_nodes(hexes, np.asarray(scalars, dtype=np.float64), len(points))
-    if scalars is not None and np.shape(scalars) != (len(points),):
-        expected = f"{len(points)} on nodes or {len(hexes)} on hexahedra"
-        raise InputError("scalars do not fit the mesh", found=f"shape {np.shape(scalars)}", expected=expected)
-    if rings:
-        return [smooth_tube(points[r], None if scalars is None else scalars[r]) for r in rings]
-    return [boundary(points, hexes, scalars)]
 
 
 def _limits(surfaces: Sequence[Surface]) -> tuple[float, float] | None:
