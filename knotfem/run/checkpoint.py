@@ -178,10 +178,9 @@ def _to_tree(value: Any, arrays: list[np.ndarray]) -> Any:
         if not all(isinstance(key, str) and not key.startswith("$") for key in value):
             raise TypeError("a checkpoint takes dictionaries with text keys")
         return {key: _to_tree(item, arrays) for key, item in value.items()}
-    if isinstance(value, tuple):
-        return {_TUPLE: [_to_tree(item, arrays) for item in value]}
-    if isinstance(value, list):
-        return [_to_tree(item, arrays) for item in value]
+    if isinstance(value, tuple | list):
+        items = [_to_tree(item, arrays) for item in value]
+        return {_TUPLE: items} if isinstance(value, tuple) else items
     if isinstance(value, np.ndarray | np.generic):
         return _array_to_tree(value, arrays)
     if value is None or isinstance(value, bool | int | float | str):

@@ -50,6 +50,15 @@ class Outcome:
     exit_code: int = 0
 
 
+@dataclass(frozen=True, eq=False)
+class _Working:
+    """A process at work on a level, since a time on the clock of `time.monotonic`."""
+
+    level: Level
+    process: subprocess.Popen[bytes]
+    began: float
+
+
 @dataclass(eq=False)
 class Jobs:
     """Runs of the refinement levels of one scene, in one folder.
@@ -86,28 +95,36 @@ class Jobs:
         """
         waiting = [level for level in levels if self._possible(level) and not self._known(level)]
         waiting.sort(key=lambda level: (level.name != BASE, process_seconds(self.scene_of(level)), level.name))
-        working: dict[str, tuple[Level, subprocess.Popen[bytes], float]] = {}
+        working: list[_Working] = []
         with StopRequest() as stop:
             try:
                 while waiting or working:
                     if stop.due:
                         raise stop.error()
-                    while waiting and len(working) < self.processes and not (working and self._crowded(waiting[0])):
-                        level = waiting.pop(0)
-                        if self._fits(level):
-                            working[level.name] = (level, self._start(level), time.monotonic())
+                    self._start_next(waiting, working)
                     time.sleep(POLL)
-                    for name, (level, process, began) in list(working.items()):
-                        if process.poll() is not None:
-                            del working[name]
-                            self._ended(level, process.returncode, time.monotonic() - began)
+                    self._collect(working)
             except (Stopped, Interrupted) as error:
                 raise type(error)("stopped; checkpoints are written, the same command goes on") from None
             finally:
-                for _, process, _ in working.values():
-                    process.terminate()
-                for _, process, _ in working.values():
-                    process.wait()
+                for one in working:
+                    one.process.terminate()
+                for one in working:
+                    one.process.wait()
+
+    def _start_next(self, waiting: list[Level], working: list[_Working]) -> None:
+        """Start levels that wait, as far as processes, memory and budget allow."""
+        while waiting and len(working) < self.processes and not (working and self._crowded(waiting[0])):
+            level = waiting.pop(0)
+            if self._fits(level):
+                working.append(_Working(level, self._start(level), time.monotonic()))
+
+    def _collect(self, working: list[_Working]) -> None:
+        """Take note of processes that have ended."""
+        for one in list(working):
+            if one.process.poll() is not None:
+                working.remove(one)
+                self._ended(one.level, one.process.returncode, time.monotonic() - one.began)
 
     def _possible(self, level: Level) -> bool:
         """Whether a level is a valid scene; one that is not has failed, and for the base the error is raised."""
