@@ -12,12 +12,11 @@ from typing import Any
 from pydantic import ValidationError
 
 from knotfem import shipped
-from knotfem.errors import InputError
+from knotfem.errors import InputError, cannot_read
 from knotfem.scene.effects import Cylinder
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import CURVE_SUFFIXES, Rod
 from knotfem.scene.table import input_error
-from knotfem.scene.write import scene_to_toml
 
 _ALTERNATIVES = {"section": "section_elements", "section_elements": "section"}
 """Keys of a rod's mesh of which only one may be given."""
@@ -61,7 +60,7 @@ def load_scene(source: str | Path | Scene, overrides: Overrides = ()) -> Scene:
 def _tables_of(source: str | Path | Scene) -> tuple[dict[str, Any], Path]:
     """Tables of a scene, and the file that they are from."""
     if isinstance(source, Scene):
-        return tomllib.loads(scene_to_toml(source)), Path(source.name)
+        return source.model_dump(mode="json", exclude_none=True), Path(source.name)
     name = str(source)
     path = shipped.scene_path(name) if name in shipped.scene_names() else Path(name)
     if path.suffix != ".toml" and not path.exists():
@@ -123,7 +122,7 @@ def read_toml(path: Path) -> dict[str, Any]:
     except IsADirectoryError:
         raise InputError("this is a directory", file=path, expected="a scene file") from None
     except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror})", file=path) from None
+        raise cannot_read(path, error) from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"not a TOML file: {error}", file=path) from None
 

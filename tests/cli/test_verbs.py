@@ -16,8 +16,8 @@ import knotfem.results
 import knotfem.run
 from knotfem import errors, shipped
 from knotfem.models.base import Additions
-from knotfem.plot.auto import RunFigures
 from knotfem.results.fields import StateFields
+from knotfem.results.figures import RunFigures
 from knotfem.run.directory import TIED, RunDirectory
 from knotfem.run.tables import write_table
 from knotfem.run.vtkhdf import VtkHdfSeries
@@ -50,11 +50,11 @@ def calls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Calls:
     monkeypatch.chdir(tmp_path)
     made: Calls = []
 
-    def drive(scene: Scene, run: RunDirectory, goal: str, progress: object, **options: object) -> None:
+    def drive(run: RunDirectory, goal: str, progress: object, **options: object) -> None:
         assert isinstance(options["figures"], RunFigures)
         assert isinstance(options["additions"], Additions)
         assert options["additions"].empty
-        made.append((goal, scene, run))
+        made.append((goal, run.scene, run))
         if goal == "tie":
             run.write_status("done", goal=goal)
             run.checkpoints.save({"simulation": {}, "summary": {}}, {"goal": goal, "rows": {}}, name=TIED)

@@ -282,6 +282,7 @@ def test_the_written_scene_is_the_same_scene(name: str, tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     path.write_text(scene_to_toml(scene))
     assert load_scene(path) == scene
+    assert load_scene(scene, {"description": scene.description}) == scene
 
 
 def test_every_default_is_written(scene_file: Path) -> None:
@@ -326,6 +327,7 @@ def test_any_scene_survives_writing(
     path = tmp_path_factory.getbasetemp() / "any.toml"
     path.write_text(scene_to_toml(scene), encoding="utf-8")
     assert load_scene(path) == scene
+    assert load_scene(scene, {"contact.friction": friction}) == scene
 
 
 def test_friction_of_two_rods() -> None:

@@ -45,7 +45,7 @@ class RodModel(Model):
     Args:
         scene: what the user asked for.
         additions: of the user's own.
-        source: rods as another run has left them, from which these set out.
+        source: rods as another run has left them, from which these set out, or none.
 
     Attributes:
         discrete: rods and their terms.
@@ -56,9 +56,7 @@ class RodModel(Model):
 
     width = 4
 
-    def __init__(
-        self, scene: Scene, additions: Additions | None = None, source: Sequence[SourceRod] | None = None
-    ) -> None:
+    def __init__(self, scene: Scene, additions: Additions | None = None, source: Sequence[SourceRod] = ()) -> None:
         extra = Additions() if additions is None else additions
         initial = initial_rods(scene, source)
         self.scene, self.targets = scene, [rod.target for rod in initial]
@@ -71,7 +69,7 @@ class RodModel(Model):
         self.absent = absent_effects(scene)
         self.obstacle_names = [o.name for o in (*scene.obstacles, *extra.obstacles)]
         self.warnings = [*(warning for rod in initial for warning in rod.target.warnings), *coarse(scene)]
-        self._tied = source is not None
+        self._tied = bool(source)
         self._initial = self._held(initial_ends=[rod.ends for rod in initial])
         self.discrete.load(self._initial)
 

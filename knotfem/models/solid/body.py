@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import accumulate
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from knotfem.errors import InputError
-from knotfem.mesh.make_section import other_count, section_from, section_of
+from knotfem.mesh.make_section import chosen_section, other_count
 from knotfem.mesh.quadratic import quadratic
 from knotfem.mesh.rod import RodMesh, extrude
 from knotfem.mesh.section import Section
@@ -145,13 +146,17 @@ def mesh_of(rod: Rod, section: Section | None = None) -> RodMesh:
         InputError: no such section.
     """
     order = ORDERS[rod.mesh.element]
-    if section is None and rod.mesh.section is not None:
-        section = section_from(rod.mesh.section, order)
-    elif section is None:
-        section = section_of(rod.mesh.section_elements, order)
+    if section is None:
+        section = chosen_section(rod.mesh.section, rod.mesh.section_elements, order)
     elif section.order < order:
         section = quadratic(section)
     return extrude(section, 0.5 * rod.diameter, rod.length, rod.slices, match_bending=rod.mesh.match_bending_stiffness)
+
+
+def meshes_of(scene: Scene) -> list[tuple[RodMesh, int]]:
+    """Meshes of all rods of a scene, as `mesh_of`, each with the number of its first node in the whole model."""
+    meshes = [mesh_of(rod) for rod in scene.rods]
+    return list(zip(meshes, accumulate((len(mesh.nodes) for mesh in meshes[:-1]), initial=0), strict=True))
 
 
 def build_body(scene: Scene, section: Section | None = None, materials: Mapping[str, Material] | None = None) -> Body:
