@@ -123,7 +123,7 @@ class DiscreteRods:
     def _add_contact(self, spec: ContactSpec, obstacles: Sequence[ObstacleSpec]) -> None:
         from knotfem.contact.curve import make_samples
         from knotfem.contact.curve_pairs import CurveSurface
-        from knotfem.contact.law import Penalty
+        from knotfem.contact.law import MINDLIN_STIFFNESS_RATIO, Penalty
         from knotfem.contact.pairs import PairContact
 
         surface, samples = CurveSurface(self.layout), make_samples(self.layout, spec.sample_spacing)
@@ -135,11 +135,13 @@ class DiscreteRods:
             from knotfem.contact.curve_friction import CurveFriction
             from knotfem.contact.friction import Friction
 
-            self.terms.append(Friction(contact, CurveFriction(self.frames, _tangential(spec, spec.stiffness)), mu))
+            self.terms.append(
+                Friction(contact, CurveFriction(self.frames, spec.stiffness * MINDLIN_STIFFNESS_RATIO), mu)
+            )
         for number, obstacle in enumerate(obstacles, 1):
             from knotfem.contact.obstacle import ObstacleContact
 
-            stiffness = 2.0 * spec.stiffness if obstacle.stiffness is None else obstacle.stiffness
+            stiffness = 2.0 * spec.stiffness
             touching = ObstacleContact(surface, samples, Penalty(stiffness, spec.ramp), obstacle.surface)
             self.terms.append(touching)
             rubbing = np.broadcast_to(np.asarray(obstacle.friction, dtype=float), (count,)).copy()
@@ -147,7 +149,7 @@ class DiscreteRods:
                 from knotfem.contact.curve_obstacle_friction import CurveObstacleFriction
                 from knotfem.contact.friction import Friction
 
-                law = CurveObstacleFriction(self.frames, _tangential(spec, stiffness))
+                law = CurveObstacleFriction(self.frames, stiffness * MINDLIN_STIFFNESS_RATIO)
                 self.terms.append(Friction(touching, law, rubbing, scheduled=False))
                 self.terms[-1].number = number
 
@@ -217,9 +219,3 @@ class DiscreteRods:
         """Couple of each clamp on its rod [N mm], shape [clamps, 3]."""
         none = np.zeros((self.frames.clamped.size, 3))
         return sum((term.clamp_couples(x) for term in self.terms if isinstance(term, VertexTerm)), none)
-
-
-def _tangential(spec: ContactSpec, stiffness: float) -> float:
-    from knotfem.contact.law import MINDLIN_STIFFNESS_RATIO
-
-    return stiffness * (MINDLIN_STIFFNESS_RATIO if spec.tangential is None else spec.tangential)

@@ -51,14 +51,12 @@ class ContactSpec:
         friction: mu of each pair of rods, shape [rods, rods], or one number.
         ramp: overlap over which the force rises smoothly [mm].
         sample_spacing: largest distance between samples [mm].
-        tangential: stiffness of the friction springs in units of the normal one; None for Mindlin's ratio.
     """
 
     stiffness: float
     friction: np.ndarray | float
     ramp: float
     sample_spacing: float
-    tangential: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,12 +66,10 @@ class ObstacleSpec:
     Attributes:
         surface: what it is.
         friction: mu of each rod, shape [rods], or one number.
-        stiffness: line stiffness [N/mm^2]; None for twice the rods'.
     """
 
     surface: RigidSurface
     friction: np.ndarray | float
-    stiffness: float | None = None
 
 
 def directors_of(rod: RodSpec) -> np.ndarray:
