@@ -153,8 +153,7 @@ class Friction(Term):
         self.law.anchor(x, contact, self.view, ~known)
 
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
-        width = self.contact.surface.width
-        return self.law.assemble(x, self.contact, self.view, residual, view_of(matrix, width))
+        return self.law.assemble(x, self.contact, self.view, residual, view_of(matrix, residual.shape[1]))
 
     def merit(self, x: np.ndarray) -> float:
         return self.law.potential(x, self.contact, self.view)

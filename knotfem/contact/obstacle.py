@@ -140,7 +140,7 @@ class ObstacleContact(Term):
 
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
         self._force[:] = 0.0
-        return _assemble(self.samples.view, self.touch, residual, view_of(matrix, self.surface.width))
+        return _assemble(self.samples.view, self.touch, residual, view_of(matrix, residual.shape[1]))
 
     def merit(self, x: np.ndarray) -> float:
         return self._stored(self._gaps(self.samples.places(x)))

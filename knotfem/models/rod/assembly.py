@@ -98,7 +98,7 @@ class DiscreteRods:
         axial = np.array([r.axial for r in self.rods])
         moderate = MERIT_STIFFNESS_OVER_BENDING * bending / np.asarray(layout.radius) ** 2
         nodes = np.stack([edges, edges + 1], axis=1)
-        return AxialStiffness("stretch", nodes, layout.spacing[rod], axial[rod], moderate[rod], 4)
+        return AxialStiffness("stretch", nodes, layout.spacing[rod], axial[rod], moderate[rod])
 
     @cached_property
     def mass(self) -> np.ndarray:

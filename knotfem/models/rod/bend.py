@@ -124,7 +124,7 @@ class Bend(VertexTerm):
         return np.where(left, -moment, moment)
 
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
-        return _assemble(x, self.frames.view, self.modulus, residual, view_of(matrix, 4))
+        return _assemble(x, self.frames.view, self.modulus, residual, view_of(matrix, residual.shape[1]))
 
     def energy(self, x: np.ndarray) -> float:
         return _energy(x, self.frames.view, self.modulus)

@@ -114,7 +114,7 @@ class StretchDamping(Dashpot, AxialStiffness):
 
     def __init__(self, stretch: AxialStiffness, time: np.ndarray) -> None:
         v, moderate = stretch.view, stretch.merit_stiffness
-        AxialStiffness.__init__(self, Dashpot.name, v.nodes, v.length, time * v.stiffness, time * moderate, 4)
+        AxialStiffness.__init__(self, Dashpot.name, v.nodes, v.length, time * v.stiffness, time * moderate)
         self._damping = self.view.stiffness.copy()
         self._bound = self.merit_stiffness / np.maximum(self._damping, 1e-300)
         self._first = self._last = {}
@@ -200,7 +200,9 @@ class BendDamping(Dashpot, Bend):
         return kernels.clamp_couples(x, self.frames.view, self._view, self.modulus, self.frames.clamped.size)
 
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
-        return kernels.assemble(x, self.frames.view, self._view, self.modulus, residual, view_of(matrix, 4))
+        return kernels.assemble(
+            x, self.frames.view, self._view, self.modulus, residual, view_of(matrix, residual.shape[1])
+        )
 
     def potential(self, x: np.ndarray) -> float:
         return kernels.potential(x, self.frames.view, self._view, self.modulus)

@@ -166,7 +166,7 @@ class Twist(VertexTerm):
         return torque * np.where(left, np.cross(a, k) - a, b + np.cross(b, k))
 
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
-        return _assemble(x, self.frames.view, self.rest, self.modulus, residual, view_of(matrix, 4))
+        return _assemble(x, self.frames.view, self.rest, self.modulus, residual, view_of(matrix, residual.shape[1]))
 
     def energy(self, x: np.ndarray) -> float:
         return _energy(x, self.frames.view, self.rest, self.modulus)

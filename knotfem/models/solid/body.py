@@ -197,7 +197,7 @@ def _solid_rod(rod: Rod, target: Centreline, first: int, section: Section | None
 
         edges, stiffness = mesh.core + first, np.full(len(mesh.core), rod.core.axial_stiffness)
         length, merit = np.full(len(edges), mesh.element_length), np.full(len(edges), MERIT_AXIAL_STIFFNESS)
-        core = AxialStiffness("core", edges, length, stiffness, merit, 3)
+        core = AxialStiffness("core", edges, length, stiffness, merit)
     return SolidRod(rod, mesh, first, target, bulk, core, mesh.section_nodes + first, points)
 
 

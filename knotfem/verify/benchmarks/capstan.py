@@ -185,7 +185,7 @@ def _part(rod: Rod, first: int, last: int, turn: float = 0.0) -> Part:
 def _part_of_core(core: AxialStiffness, first: int, last: int) -> AxialStiffness:
     edges, chosen = core.view, slice(first, last)
     merit = core.merit_stiffness[chosen]
-    return AxialStiffness("core", edges.nodes[chosen], edges.length[chosen], edges.stiffness[chosen], merit, 3)
+    return AxialStiffness("core", edges.nodes[chosen], edges.length[chosen], edges.stiffness[chosen], merit)
 
 
 def slips(draped: Draped, weight: float, distance: float) -> tuple[float, float]:

@@ -169,7 +169,7 @@ def make_core(edges: np.ndarray, length: float, stiffness: float) -> AxialStiffn
         stiffness: EA [N].
     """
     same = np.ones(len(edges))
-    return AxialStiffness("core", edges, length * same, stiffness * same, MERIT_AXIAL_STIFFNESS * same, 3)
+    return AxialStiffness("core", edges, length * same, stiffness * same, MERIT_AXIAL_STIFFNESS * same)
 
 
 def cross_sections(*rods: Rod) -> Sections:
