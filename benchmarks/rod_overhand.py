@@ -27,6 +27,7 @@ from knotfem.contact.curve_pairs import hertz_line_stiffness
 from knotfem.contact.report import ContactReport
 from knotfem.geometry.curve import interpolate
 from knotfem.geometry.resample import equal_chords
+from knotfem.geometry.vectors import unit_vectors
 from knotfem.models.rod.assembly import DiscreteRods
 from knotfem.models.rod.spec import ContactSpec
 from knotfem.solver.constraints import driven, held
@@ -164,14 +165,10 @@ def _wave_number(c: ContactReport, x: np.ndarray, h: float) -> float:
     order = np.argsort(here[chosen])
     here, there = here[chosen][order], there[chosen][order]
     curve = CubicSpline(h * np.arange(len(x)), x)
-    across, axis = _unit(curve(there) - curve(here)), _unit(curve(here, 1) + curve(there, 1))
+    across, axis = unit_vectors(curve(there) - curve(here)), unit_vectors(curve(here, 1) + curve(there, 1))
     way = np.linalg.norm(np.diff(0.5 * (curve(here) + curve(there)), axis=0), axis=1)
     turned = np.einsum("ij,ij->i", np.cross(across[:-1], across[1:]), 0.5 * (axis[:-1] + axis[1:]))
     return float(abs(turned.sum()) / way.sum())
-
-
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
 
 
 def limit(eps: np.ndarray, ratio: np.ndarray) -> tuple[float, float]:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotfem.errors import InputError
+from knotfem.geometry.vectors import perpendicular
 from knotfem.mesh.numbering import EXACT, bent_quads, outline, said, signed_areas
 
 FloatArray = NDArray[np.float64]
@@ -78,9 +79,7 @@ def _flatten(points: FloatArray, file: Path) -> FloatArray:
             expected=f"at most {0.5 * TOLERANCE * size:.3g}: the mesh of a face, not of a surface in space",
         )
     normal = normal * np.sign(normal[np.argmax(np.abs(normal))])
-    first = np.eye(3)[np.argmin(np.abs(normal))]
-    first = first - (first @ normal) * normal
-    first /= np.linalg.norm(first)
+    first = perpendicular(normal)
     return np.column_stack([offset @ first, offset @ np.cross(normal, first)])
 
 

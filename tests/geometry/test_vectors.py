@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from knotfem.errors import InputError
-from knotfem.geometry.vectors import angles_between, perpendicular, unit, unit_edges
+from knotfem.geometry.vectors import angles_between, perpendicular, unit, unit_edges, unit_vectors
 
 
 def test_unit_has_length_one() -> None:
@@ -15,6 +15,10 @@ def test_unit_has_length_one() -> None:
 def test_unit_refuses_what_has_no_direction(vector: list) -> None:
     with pytest.raises(InputError, match="not a direction"):
         unit(vector)
+
+
+def test_unit_vectors_are_scaled_one_by_one() -> None:
+    assert unit_vectors(np.array([[0.0, 3, 4], [-2, 0, 0]])) == pytest.approx(np.array([[0, 0.6, 0.8], [-1, 0, 0]]))
 
 
 def test_unit_edges_follow_the_polyline() -> None:

@@ -5,6 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from knotfem.contact.report import ContactReport
+from knotfem.geometry.frames import material_frames
+from knotfem.geometry.measures import vertex_means
+from knotfem.geometry.vectors import unit_vectors
 from knotfem.mesh.rod_layout import RodLayout
 from knotfem.models.rod.assembly import DiscreteRods
 from knotfem.models.rod.profile import at_nodes
@@ -50,9 +53,9 @@ def tube_fields(rods: DiscreteRods, found: ContactReport, x: np.ndarray, poisson
     """
     layout = rods.layout
     twist, _, curvature, _ = at_nodes(rods, x)
-    tension, stretch = (_to_all_nodes(layout, values) for values in (rods.stretch.tension(x), rods.stretch.strain(x)))
-    tangent, normal = _directions(rods, x)
-    across = np.cos(_ANGLE)[:, None] * normal[:, None] + np.sin(_ANGLE)[:, None] * np.cross(tangent, normal)[:, None]
+    tension, stretch = (_at_nodes(layout, values) for values in (rods.stretch.tension(x), rods.stretch.strain(x)))
+    tangent, frames = _frames(rods, x)
+    across = np.cos(_ANGLE)[:, None] * frames[:, None, 0] + np.sin(_ANGLE)[:, None] * frames[:, None, 1]
     r = layout.radius[layout.rod][:, None]
     outer = -np.einsum("nai,ni->na", across, _bend_direction(rods, x, tangent)) * curvature[:, None] * r
     axial = np.log1p(np.maximum(stretch[:, None] + outer, -0.999))
@@ -105,12 +108,11 @@ def _on_axis(
     return (1.0 - part)[:, None] * x[node, :3] + part[:, None] * x[node + 1, :3], node, part
 
 
-def _directions(rods: DiscreteRods, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Tangents and material directors at all nodes, shape [nodes, 3] each."""
+def _frames(rods: DiscreteRods, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Tangents, shape [nodes, 3], and material frames, shape [nodes, 3, 3], at all nodes."""
     edges = rods.layout.edges
-    tangent = _unit(_to_all_nodes(rods.layout, rods.frames.current(x)[0][edges]))
-    director = _to_all_nodes(rods.layout, rods.frames.material(x)[edges])
-    return tangent, _unit(director - np.einsum("ni,ni->n", director, tangent)[:, None] * tangent)
+    tangent = unit_vectors(_at_nodes(rods.layout, rods.frames.current(x)[0][edges]))
+    return tangent, material_frames(tangent, _at_nodes(rods.layout, rods.frames.material(x)[edges]))
 
 
 def _bend_direction(rods: DiscreteRods, x: np.ndarray, tangent: np.ndarray) -> np.ndarray:
@@ -135,18 +137,11 @@ def _largest_strain(axial: np.ndarray, shear: np.ndarray, poissons_ratio: np.nda
     return np.maximum(mean + np.sqrt(half**2 + 0.25 * shear**2), lateral).ravel()
 
 
-def _to_all_nodes(layout: RodLayout, edges: np.ndarray) -> np.ndarray:
-    """Means of the values on the edges at each node."""
-    total, count = np.zeros((layout.nodes, *edges.shape[1:])), np.zeros(layout.nodes)
-    for end in (0, 1):
-        total[layout.edges + end] += edges
-        count[layout.edges + end] += 1.0
-    return total / count.reshape(-1, *[1] * (edges.ndim - 1))
+def _at_nodes(layout: RodLayout, edges: np.ndarray) -> np.ndarray:
+    """Means of values on the edges of all rods at each node."""
+    rod = layout.rod[layout.edges]
+    return np.concatenate([vertex_means(edges[rod == number]) for number in range(layout.rods)])
 
 
 def _around(nodes: np.ndarray) -> np.ndarray:
     return np.repeat(nodes, AROUND)
-
-
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    return vectors / np.linalg.norm(vectors, axis=1)[:, None]
