@@ -30,6 +30,7 @@ from knotfem.geometry.resample import equal_chords
 from knotfem.geometry.vectors import unit_vectors
 from knotfem.models.rod.assembly import DiscreteRods
 from knotfem.models.rod.spec import ContactSpec
+from knotfem.scene.stiffness import axial_stiffness
 from knotfem.solver.constraints import driven, held
 from knotfem.solver.nonlinear.line_search import Armijo
 from knotfem.solver.nonlinear.newton import Newton
@@ -95,7 +96,7 @@ def tighten(n: int, friction: float, first: float, loops: Sequence[float]) -> li
     """Pull a knot of r = 1 mm and loop radius `first` [mm] until that is `loops` [mm], with drag below 1 % of F."""
     length = 2.0 * np.pi * first * 1.3 + 10.0 * (2 * n + 1) * np.sqrt(first)
     segments = int(RESOLUTION * length / np.sqrt(loops[-1]))
-    spec = rubber(torus_knot(n, 1.0, first, segments, length), 1.0, 200.0 + YOUNGS * np.pi)
+    spec = rubber(torus_knot(n, 1.0, first, segments, length), 1.0, 200.0 + axial_stiffness(YOUNGS, 1.0))
     contact = ContactSpec(hertz_line_stiffness(YOUNGS, 0.5), friction, ramp=1.0 / 30.0, sample_spacing=0.25)
     rods, ends = DiscreteRods([spec], contact, drag=20.0), np.array([0, segments])
     phase = Phase(rods, rods.initial, [held(ends, rods.initial.x[ends, :3])], scheme=BackwardEuler())

@@ -190,7 +190,7 @@ class Model(ABC):
     @property
     def force_scale(self) -> float:
         """B/r^2 of the softest rod [N]."""
-        return min(rod.material.youngs_modulus * np.pi * rod.diameter**2 / 16.0 for rod in self.rods)
+        return min(rod.bulk_axial_stiffness / 4.0 for rod in self.rods)
 
     @property
     def path_kind(self) -> str:

@@ -22,7 +22,7 @@ def coarse(scene: Scene) -> list[str]:
     """
     if not scene.contact.enabled:
         return []
-    lengths = [(index, rod.length / rod.slices, 0.5 * rod.diameter) for index, rod in enumerate(scene.rods)]
+    lengths = [(index, rod.length / rod.slices, rod.radius) for index, rod in enumerate(scene.rods)]
     return [
         f"rods.{index}.mesh.element_length: segments of {h:.3g} mm are longer than the radius, {r:.3g} mm: "
         "tight bends are not resolved"
@@ -31,27 +31,15 @@ def coarse(scene: Scene) -> list[str]:
     ]
 
 
-def core_fraction(rod: Rod) -> float:
-    """Fraction of the core in the axial stiffness."""
-    return rod.core.axial_stiffness / axial_stiffness(rod) if rod.core is not None else 0.0
-
-
-def axial_stiffness(rod: Rod) -> float:
-    """EA of bulk and core [N]."""
-    bulk = rod.material.youngs_modulus * np.pi * rod.diameter**2 / 4.0
-    return bulk + (rod.core.axial_stiffness if rod.core is not None else 0.0)
-
-
 def rod_spec(rod: Rod, initial: InitialRod) -> RodSpec:
     """Stiffness and mass of a rod: bending and twisting by the bulk, as the truss core of the hexahedra has neither."""
-    fourth = (0.5 * rod.diameter) ** 4
     return RodSpec(
         initial.target.points,
-        0.5 * rod.diameter,
-        bending=rod.material.youngs_modulus * np.pi * fourth / 4.0,
-        twisting=rod.material.shear_modulus * np.pi * fourth / 2.0,
-        axial=axial_stiffness(rod),
-        mass_per_length=rod.material.density * np.pi * rod.diameter**2 / 4.0,
+        rod.radius,
+        bending=rod.bending_stiffness,
+        twisting=rod.twisting_stiffness,
+        axial=rod.axial_stiffness,
+        mass_per_length=rod.mass_per_length,
         spacing=rod.length / rod.slices,
         directors=initial.directors,
         relaxation_time=rod.material.relaxation_time,

@@ -8,7 +8,6 @@ import numpy as np
 
 from knotfem.models.base import Row
 from knotfem.models.rod.assembly import DiscreteRods
-from knotfem.models.rod.build import core_fraction
 from knotfem.scene.rods import Rod
 
 
@@ -36,7 +35,7 @@ def tension_rows(
     torque, moment = at_nodes(rods, x)[1::2]
     tension = rods.tension(x)
     for number, rod in enumerate(scene):
-        nodes, share = rods.layout.of(number), core_fraction(rod)
+        nodes, core = rods.layout.of(number), rod.core_axial_stiffness / rod.axial_stiffness
         place = x[nodes, :3]
         edge = np.diff(place, axis=0)
         tangent = _to_nodes(edge / np.linalg.norm(edge, axis=1)[:, None])
@@ -51,8 +50,8 @@ def tension_rows(
                 "arclength_mm": float(s),
                 "s_over_L": i / (len(place) - 1),
                 "tension_N": float(along[i]),
-                "core_N": float(share * axial[i]),
-                "bulk_N": float((1.0 - share) * axial[i]),
+                "core_N": float(core * axial[i]),
+                "bulk_N": float((1.0 - core) * axial[i]),
                 "rod": rod.name,
                 "time_s": time,
                 "shear_N": float(across[i]),

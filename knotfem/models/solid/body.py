@@ -69,11 +69,6 @@ class SolidRod:
         """Nodes on the centreline, shape [sections]."""
         return self.section_nodes[:, self.mesh.section.axis]
 
-    @property
-    def core_stiffness(self) -> float:
-        """EA of the core [N]; 0 without one."""
-        return self.scene.core.axial_stiffness if self.scene.core is not None else 0.0
-
     def lumped(self, density: float) -> np.ndarray:
         """Mass of each node at this density, shape [nodes of the rod]."""
         return lumped_mass(self.bulk.elements - self.first, self.bulk.formulation, density, len(self.mesh.nodes))
@@ -91,7 +86,7 @@ class SolidRod:
             self.mesh.span * self.mesh.element_length * weights.sum()
         )
         weights *= self.scene.material.youngs_modulus
-        weights[self.mesh.section.axis] += self.core_stiffness
+        weights[self.mesh.section.axis] += self.scene.core_axial_stiffness
         return weights / weights.sum()
 
 
@@ -151,7 +146,7 @@ def mesh_of(rod: Rod, section: Section | None = None) -> RodMesh:
         section = section_of(rod.mesh.section_elements, order)
     elif section.order < order:
         section = quadratic(section)
-    return extrude(section, 0.5 * rod.diameter, rod.length, rod.slices, match_bending=rod.mesh.match_bending_stiffness)
+    return extrude(section, rod.radius, rod.length, rod.slices, match_bending=rod.mesh.match_bending_stiffness)
 
 
 def build_body(scene: Scene, section: Section | None = None, materials: Mapping[str, Material] | None = None) -> Body:
@@ -195,7 +190,7 @@ def _solid_rod(rod: Rod, target: Centreline, first: int, section: Section | None
     if rod.core is not None:
         from knotfem.terms.axial import AxialStiffness
 
-        edges, stiffness = mesh.core + first, np.full(len(mesh.core), rod.core.axial_stiffness)
+        edges, stiffness = mesh.core + first, np.full(len(mesh.core), rod.core_axial_stiffness)
         length, merit = np.full(len(edges), mesh.element_length), np.full(len(edges), MERIT_AXIAL_STIFFNESS)
         core = AxialStiffness("core", edges, length, stiffness, merit)
     return SolidRod(rod, mesh, first, target, bulk, core, mesh.section_nodes + first, points)
