@@ -8,14 +8,16 @@ from knotfem.contact.report import ContactReport
 from knotfem.geometry.frames import material_frames
 from knotfem.geometry.measures import vertex_means
 from knotfem.geometry.vectors import unit_vectors
+from knotfem.mesh.rod import side_quads
 from knotfem.mesh.rod_layout import RodLayout
+from knotfem.mesh.section import regular_polygon
 from knotfem.models.rod.assembly import DiscreteRods
 from knotfem.models.rod.profile import at_nodes
 from knotfem.models.series import Fields, SeriesMesh
 
 AROUND = 24
 """Points around a tube."""
-_ANGLE = 2.0 * np.pi * np.arange(AROUND) / AROUND
+_COS, _SIN = regular_polygon(AROUND).T
 
 
 def tube_rings(layout: RodLayout) -> list[np.ndarray]:
@@ -28,10 +30,9 @@ def tube_mesh(layout: RodLayout) -> SeriesMesh:
     """Quadrilaterals of the tubes; the reference is the straight rods along e_z."""
     cells, points = [], []
     for rod, ring in enumerate(tube_rings(layout)):
-        ahead = np.roll(ring, -1, axis=1)
-        cells.append(np.stack([ring[:-1], ahead[:-1], ahead[1:], ring[1:]], axis=-1).reshape(-1, 4))
+        cells.append(side_quads(ring))
         r, z = layout.radius[rod], np.arange(len(ring)) * layout.spacing[rod]
-        x, y = np.broadcast_to(r * np.cos(_ANGLE), ring.shape), np.broadcast_to(r * np.sin(_ANGLE), ring.shape)
+        x, y = np.broadcast_to(r * _COS, ring.shape), np.broadcast_to(r * _SIN, ring.shape)
         points.append(np.stack([x, y, np.broadcast_to(z[:, None], ring.shape)], axis=-1).reshape(-1, 3))
     reference = np.concatenate(points)
     constant = {"arclength": reference[:, 2], "rod": np.repeat(layout.rod, AROUND).astype(float)}
@@ -55,7 +56,7 @@ def tube_fields(rods: DiscreteRods, found: ContactReport, x: np.ndarray, poisson
     twist, _, curvature, _ = at_nodes(rods, x)
     tension, stretch = (_at_nodes(layout, values) for values in (rods.stretch.tension(x), rods.stretch.strain(x)))
     tangent, frames = _frames(rods, x)
-    across = np.cos(_ANGLE)[:, None] * frames[:, None, 0] + np.sin(_ANGLE)[:, None] * frames[:, None, 1]
+    across = _COS[:, None] * frames[:, None, 0] + _SIN[:, None] * frames[:, None, 1]
     r = layout.radius[layout.rod][:, None]
     outer = -np.einsum("nai,ni->na", across, _bend_direction(rods, x, tangent)) * curvature[:, None] * r
     axial = np.log1p(np.maximum(stretch[:, None] + outer, -0.999))
