@@ -1,9 +1,9 @@
 """Coulomb friction of contacts: what they remember, and when it changes.
 
-Each contact remembers where it clings. That changes on accepted steps alone: contacts that slide are brought along,
-contacts that do not touch cling to where they would touch. Contacts near to touching are therefore anchored before they
-do; an anchor set at the first overlap would bias friction low and make it depend on the step. Nothing creeps, as with a
-friction smoothed by velocity it would.
+Each contact remembers the anchor to which it sticks. Anchors change on accepted steps alone: those of contacts that
+slide are dragged along, those of contacts that do not touch are set where they would touch. Contacts near to touching
+are therefore anchored before they touch; an anchor set at the first overlap would bias friction low and make it depend
+on the step. Nothing creeps, as it would with a friction regularised by velocity.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class FrictionView(Protocol):
     """What every friction law fills in for each contact.
 
     Attributes:
-        slip: distance from where the contact clings [mm], shape [contacts].
+        slip: distance of the contact from its anchor [mm], shape [contacts].
         traction: friction force on the secondary surface [N], shape [contacts, 3].
     """
 
@@ -90,7 +90,7 @@ class FrictionLaw(Protocol):
         ...
 
     def anchor(self, x: np.ndarray, contact: Any, view: Any, chosen: np.ndarray) -> None:
-        """Let the chosen contacts, boolean, cling to where they are."""
+        """Anchor the chosen contacts, boolean, where they are."""
         ...
 
     def sliding(self, contact: Any, view: Any) -> np.ndarray:
@@ -106,7 +106,7 @@ class Friction(Term):
     """Friction of the contacts of one normal contact term, which must come before it in the list of terms.
 
     Args:
-        contact: whose contacts rub.
+        contact: whose contacts have friction.
         law: of its kind.
         coefficients: mu of each pair of rods, shape [rods, rods], or of each rod on an obstacle, shape [rods].
         scheduled: whether the conditions of a step may multiply the coefficients.
