@@ -24,7 +24,7 @@ class Contact(Protocol):
     """What friction asks of the term of normal contact.
 
     Attributes:
-        name: of the term.
+        name, number: of the term.
         external: whether an obstacle is touched.
         surface: of all rods.
         samples: of it.
@@ -33,6 +33,7 @@ class Contact(Protocol):
     """
 
     name: str
+    number: int
     external: bool
     surface: Surface
     samples: Samples
@@ -121,7 +122,7 @@ class Friction(Term):
         self.contact, self.law = contact, law
         self.coefficients = np.asarray(coefficients, dtype=float)
         self._scheduled = scheduled
-        self.external = contact.external
+        self.external, self.number = contact.external, contact.number
         self.name = f"{contact.name} friction" if contact.external else "friction"
         self._factor, self._kept, self._lost = 1.0, 0.0, 0.0
         self.load({})

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Sequence
 
 from knotfem.models.base import Obstacle
-from knotfem.models.conditions import gravity_of
-from knotfem.models.effects import DRAG, INERTIA, VISCOUS_DRAG, obstacle_friction, rod_friction
+from knotfem.models.conditions import drag_of, gravity_of
+from knotfem.models.effects import INERTIA, rod_friction
 from knotfem.models.rod.assembly import DiscreteRods
 from knotfem.models.rod.initial import InitialRod
-from knotfem.models.rod.spec import ContactSpec, ObstacleSpec, RodSpec
+from knotfem.models.rod.spec import ContactSpec, RodSpec
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import Rod
-from knotfem.solver.term import Term
 
 
 def coarse(scene: Scene) -> list[str]:
@@ -58,46 +57,22 @@ def contact_spec(scene: Scene) -> ContactSpec | None:
     return ContactSpec(stiffness, rod_friction(scene), c.ramp_over_diameter * d, c.sample_spacing_over_diameter * d)
 
 
-def make_rods(scene: Scene, initial: list[InitialRod], obstacles: tuple[Obstacle, ...] = ()) -> DiscreteRods:
+def make_rods(scene: Scene, initial: list[InitialRod], obstacles: Sequence[Obstacle] = ()) -> DiscreteRods:
     """Discrete rods of a scene.
 
     Args:
         scene: what the user asked for.
         initial: configuration of its rods.
-        obstacles: of the user's own.
+        obstacles: of the scene and of the user's own.
 
     Raises:
         InputError: obstacles without contact.
     """
-    rods = DiscreteRods(
+    return DiscreteRods(
         [rod_spec(rod, here) for rod, here in zip(scene.rods, initial, strict=True)],
         contact_spec(scene),
-        [*_cylinders(scene), *(ObstacleSpec(o.surface, o.friction) for o in obstacles)],
+        obstacles,
         gravity_of(scene),
-        scene.drag.rate if scene.drag is not None and DRAG.wanted(scene) else None,
+        drag_of(scene),
         inertia=INERTIA.wanted(scene),
     )
-    if VISCOUS_DRAG.wanted(scene):
-        rods.terms.append(_viscous_drag(scene, rods))
-    return rods
-
-
-def _cylinders(scene: Scene) -> list[ObstacleSpec]:
-    if not scene.contact.enabled or not scene.obstacles:
-        return []
-    from knotfem.contact.rigid import make_cylinder
-
-    friction = obstacle_friction(scene)
-    return [
-        ObstacleSpec(make_cylinder(np.array(o.point), np.array(o.axis), 0.5 * o.diameter), mu)
-        for o, mu in zip(scene.obstacles, friction, strict=True)
-    ]
-
-
-def _viscous_drag(scene: Scene, rods: DiscreteRods) -> Term:
-    from knotfem.terms.viscous import ViscousDrag
-
-    drag, layout = scene.effects.viscous_drag, rods.layout
-    assert drag is not None
-    edges = np.stack([layout.edges, layout.edges + 1], axis=1)
-    return ViscousDrag(edges, layout.spacing[layout.rod[layout.edges]], drag.normal, drag.tangential)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -226,9 +227,15 @@ class BendDamping(Dashpot, Bend):
         self._offset = np.concatenate([-self._first["rotation"], clamps])
 
 
-def make_damping(
-    stretch: AxialStiffness, bend: Bend, twist: Twist, frames: Frames, times: Sequence[float]
-) -> tuple[StretchDamping, BendDamping, TwistDamping]:
+class Damping(NamedTuple):
+    """Internal damping of all rods."""
+
+    stretch: StretchDamping
+    bend: BendDamping
+    twist: TwistDamping
+
+
+def make_damping(stretch: AxialStiffness, bend: Bend, twist: Twist, frames: Frames, times: Sequence[float]) -> Damping:
     """Internal damping of stretch, bend and twist of all rods.
 
     Args:
@@ -240,7 +247,7 @@ def make_damping(
     """
     tau = np.asarray(times, dtype=float)
     edges = tau[frames.layout.rod[stretch.view.nodes[:, 0]]]
-    return (
+    return Damping(
         StretchDamping(stretch, edges),
         BendDamping(frames, tau * bend.stiffness),
         TwistDamping(frames, tau * twist.stiffness),

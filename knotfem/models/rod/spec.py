@@ -1,18 +1,14 @@
-"""Rods, contact and obstacles of discrete rods, in plain numbers."""
+"""Discrete rods and their contact, in plain numbers."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from knotfem.errors import InputError
 from knotfem.geometry.finite_rotation import parallel_transport
 from knotfem.geometry.vectors import perpendicular, unit_edges
-
-if TYPE_CHECKING:
-    from knotfem.contact.rigid import RigidSurface  # with compiled loops, for scenes with obstacles only
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,19 +53,6 @@ class ContactSpec:
     friction: np.ndarray | float
     ramp: float
     sample_spacing: float
-
-
-@dataclass(frozen=True, eq=False)
-class ObstacleSpec:
-    """A rigid body.
-
-    Attributes:
-        surface: what it is.
-        friction: mu of each rod, shape [rods], or one number.
-    """
-
-    surface: RigidSurface
-    friction: np.ndarray | float
 
 
 def directors_of(rod: RodSpec) -> np.ndarray:

@@ -124,6 +124,13 @@ class Body:
         return sum(len(rod.mesh.hexes) for rod in self.rods)
 
     @property
+    def axis_edges(self) -> tuple[np.ndarray, np.ndarray]:
+        """Nodes of the centrelines' edges, shape [edges, 2], and their lengths [mm], shape [edges]."""
+        edges = [np.stack([rod.axis_nodes[:-1], rod.axis_nodes[1:]], axis=1) for rod in self.rods]
+        lengths = [np.full(rod.mesh.slices, rod.mesh.element_length) for rod in self.rods]
+        return np.concatenate(edges), np.concatenate(lengths)
+
+    @property
     def elastic(self) -> list[Term]:
         """Bulk and core of all rods."""
         return [term for rod in self.rods for term in (rod.bulk, rod.core) if term is not None]

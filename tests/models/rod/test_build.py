@@ -6,6 +6,7 @@ import pytest
 from knotfem.contact.friction import Friction
 from knotfem.models.rod.build import contact_spec, make_rods, rod_spec
 from knotfem.models.rod.initial import initial_rods
+from knotfem.models.shared_terms import obstacles_of
 from knotfem.run.check import check
 from knotfem.scene import load_scene
 
@@ -41,7 +42,7 @@ def test_contact_is_hertzian_or_harder():
 
 def test_friction_is_that_of_each_pair():
     scene = load_scene("bowline", [*COARSE, 'contact.pairs=[{between=["rod", "cylinder"], friction=0.1}]'])
-    rods = make_rods(scene, initial_rods(scene))
+    rods = make_rods(scene, initial_rods(scene), obstacles_of(scene))
     between, on_cylinder = (term for term in rods.terms if isinstance(term, Friction))
     assert between.coefficients.tolist() == [[0.33]]
     assert on_cylinder.coefficients.tolist() == [0.1]
