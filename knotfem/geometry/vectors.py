@@ -64,6 +64,20 @@ def perpendicular(direction: Array) -> Array:
     return across / np.linalg.norm(across)
 
 
+def along_and_across(vectors: Array, directions: Array) -> tuple[Array, Array]:
+    """Components of vectors along unit vectors, and sizes of what is perpendicular to these.
+
+    Args:
+        vectors: shape (n, 3).
+        directions: unit vectors, shape (n, 3).
+
+    Returns:
+        Two arrays of shape (n,).
+    """
+    along = np.einsum("ni,ni->n", vectors, directions)
+    return along, np.linalg.norm(vectors - along[:, None] * directions, axis=1)
+
+
 def angles_between(first: Array, second: Array) -> Array:
     """Angles between pairs of unit vectors, accurate for nearly equal and nearly opposite ones alike.
 

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from knotfem.errors import InputError
-from knotfem.geometry.vectors import angles_between, perpendicular, unit, unit_edges, unit_vectors
+from knotfem.geometry.vectors import along_and_across, angles_between, perpendicular, unit, unit_edges, unit_vectors
 
 
 def test_unit_has_length_one() -> None:
@@ -41,6 +41,12 @@ def test_perpendicular_is_a_unit_vector_across(seed: int) -> None:
 )
 def test_perpendicular_of_an_axis_is_the_next_axis(direction: list[float], expected: list[float]) -> None:
     assert perpendicular(unit(direction)) == pytest.approx(expected, abs=1e-11)
+
+
+def test_components_along_and_across_a_direction() -> None:
+    along, across = along_and_across(np.array([[3.0, 4.0, -2.0], [0.0, 0.0, 5.0]]), np.eye(3)[[2, 2]])
+    assert along == pytest.approx([-2.0, 5.0])
+    assert across == pytest.approx([5.0, 0.0])
 
 
 @pytest.mark.parametrize("angle", [0.0, 1e-12, 1e-8, 0.3, 0.5 * np.pi, 3.0, np.pi - 1e-8, np.pi])

@@ -25,7 +25,7 @@ from knotfem.models.ends import ends_of
 from knotfem.models.rod.build import coarse, make_rods
 from knotfem.models.rod.fields import tube_fields, tube_mesh
 from knotfem.models.rod.initial import EndFrame, SourceRod, initial_rods
-from knotfem.models.rod.profile import tension_rows, twist_rows
+from knotfem.models.rod.profile import profile_rows, twist_rows
 from knotfem.models.series import Fields, SeriesMesh
 from knotfem.models.shared_terms import obstacles_of, viscous_drag
 from knotfem.scene.model import Scene
@@ -159,7 +159,7 @@ class RodModel(Model):
         return self.discrete.clamp_couples(x)
 
     def tension_profile(self, x: np.ndarray, time: float, displacement: float) -> Iterable[Row]:
-        return tension_rows(self.discrete, self.rods, x, time, displacement)
+        return profile_rows(self.discrete, self.rods, x, time, displacement)
 
     def twist_profile(self, x: np.ndarray, time: float, displacement: float) -> Iterable[Row]:
         return twist_rows(self.discrete, self.rods, x, time, displacement)

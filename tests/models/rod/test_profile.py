@@ -5,7 +5,7 @@ import pytest
 from reduced import BENDING, RADIUS, TWISTING, End, Rods, crossing, line, settle, spec, still
 
 from knotfem.models.rod.fields import AROUND, tube_fields, tube_mesh, tube_rings
-from knotfem.models.rod.profile import at_nodes, tension_rows, twist_rows
+from knotfem.models.rod.profile import at_nodes, profile_rows, twist_rows
 from knotfem.models.series import Fields
 from knotfem.scene import load_scene
 from knotfem.scene.rods import Rod
@@ -58,7 +58,7 @@ def nodal(model: Rods) -> tuple[np.ndarray, ...]:
 
 
 def tensions(model: Rods, core_fraction: float):
-    return tension_rows(model.discrete, named(core_fraction), model.x, 0.0, 0.0)
+    return profile_rows(model.discrete, named(core_fraction), model.x, 0.0, 0.0)
 
 
 def twists(model: Rods, time: float, displacement: float):
