@@ -38,8 +38,6 @@ def build_model(scene: Scene, additions: Additions | None = None, source: Sequen
 
 def _check_additions(scene: Scene, additions: Additions) -> None:
     rods = [rod.name for rod in scene.rods]
-    if additions.obstacles and not scene.contact.enabled:
-        raise InputError("obstacles need contact", key="contact.enabled", found="false", expected="true")
     taken = [*rods, *(obstacle.name for obstacle in scene.obstacles)]
     for obstacle in additions.obstacles:
         if obstacle.name in taken:

@@ -9,6 +9,7 @@ import numpy as np
 
 from knotfem.errors import InputError
 from knotfem.geometry.vectors import unit
+from knotfem.models.effects import DRAG
 from knotfem.scene.model import Scene
 from knotfem.scene.steps import Load, Loaded, Pull, Relax, Step, Turn
 from knotfem.solver import schemes
@@ -23,6 +24,11 @@ def gravity_of(scene: Scene) -> np.ndarray:
     """Acceleration [mm/s^2], shape [3]; zero where the scene has none."""
     gravity = scene.gravity
     return np.zeros(3) if gravity is None else gravity.acceleration * unit(gravity.direction)
+
+
+def drag_of(scene: Scene) -> float | None:
+    """Rate of the drag on the mass [1/s] in loading steps; None where no step has drag."""
+    return scene.drag.rate if scene.drag is not None and DRAG.wanted(scene) else None
 
 
 def ramp(step: Pull, start: float) -> History:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from knotfem.mesh.rod import side_quads
 from knotfem.types import Array, Index
 
 _AROUND = 48
@@ -49,9 +50,7 @@ def smooth_tube(rings: Array, values: Array | None = None) -> Surface:
     fine = np.linspace(0, stations - 1, (stations - 1) * along + 1)
     points = CubicSpline(s, np.asarray(resample(rings, around * k, axis=1)))(fine)
     rows, columns = points.shape[:2]
-    index = np.arange(rows * columns).reshape(rows, columns)
-    ahead = np.roll(index, -1, axis=1)
-    side = np.stack([index[:-1], ahead[:-1], ahead[1:], index[1:]], axis=-1).reshape(-1, 4)
+    side = side_quads(np.arange(rows * columns).reshape(rows, columns))
     first, last = (np.vstack([row, row.mean(axis=0)]) for row in (points[0], points[-1]))
     start = rows * columns
     caps = np.concatenate([_fan(columns, start)[:, [1, 0, 2, 2]], _fan(columns, start + columns + 1)])

@@ -10,7 +10,7 @@ import numpy as np
 
 from knotfem.errors import InputError
 from knotfem.files import read_json, write_json
-from knotfem.geometry.frames import tangents
+from knotfem.geometry.frames import material_frames, tangents
 from knotfem.models.rod.initial import SourceRod
 from knotfem.run.checkpoint import RunCheckpoint, read_checkpoint
 from knotfem.run.directory import SOURCE, RunDirectory
@@ -66,11 +66,8 @@ def _read(scene: Scene) -> list[SourceRod]:
 def _framed(sections: np.ndarray, axis: int, d1: np.ndarray) -> SourceRod:
     """Axis and frames of sections, shape [sections, nodes a section, 3], of which d1 is the first coordinate."""
     points = sections[:, axis]
-    t = tangents(points)
-    d = np.einsum("k,ski->si", d1, sections - points[:, None])
-    d -= np.einsum("si,si->s", d, t)[:, None] * t
-    d /= np.linalg.norm(d, axis=1)[:, None]
-    return SourceRod(points, np.stack([d, np.cross(t, d), t], axis=1))
+    directors = np.einsum("k,ski->si", d1, sections - points[:, None])
+    return SourceRod(points, material_frames(tangents(points), directors))
 
 
 def _compared(scene: Scene) -> dict[str, str]:
