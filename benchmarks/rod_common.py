@@ -9,6 +9,7 @@ import numpy as np
 
 from knotfem.models.rod.assembly import DiscreteRods
 from knotfem.models.rod.spec import RodSpec
+from knotfem.scene.stiffness import axial_stiffness, bending_stiffness, mass_per_length
 from knotfem.solver.constraints import Clamp, Prescribed
 from knotfem.solver.nonlinear.newton import Newton
 from knotfem.solver.nonlinear.tolerance import Sections
@@ -33,9 +34,9 @@ def bowline(segments: int = 300, **changed: Any) -> dict[str, Any]:
 
 def rubber(points: np.ndarray, radius: float = 3.0, axial: float | None = None, **changed: Any) -> RodSpec:
     """A rod of the paper's rubber through these nodes [mm], with its wire unless `axial` is given [N]."""
-    bending = YOUNGS * np.pi * radius**4 / 4.0
-    stiffness = CORE + YOUNGS * np.pi * radius**2 if axial is None else axial
-    return RodSpec(points, radius, bending, bending / 1.5, stiffness, DENSITY * np.pi * radius**2, **changed)
+    bending, mass = bending_stiffness(YOUNGS, radius), mass_per_length(DENSITY, radius)
+    stiffness = CORE + axial_stiffness(YOUNGS, radius) if axial is None else axial
+    return RodSpec(points, radius, bending, bending / 1.5, stiffness, mass, **changed)
 
 
 class Phase:

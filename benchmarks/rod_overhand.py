@@ -27,8 +27,10 @@ from knotfem.contact.curve_pairs import hertz_line_stiffness
 from knotfem.contact.report import ContactReport
 from knotfem.geometry.curve import interpolate
 from knotfem.geometry.resample import equal_chords
+from knotfem.geometry.vectors import unit_vectors
 from knotfem.models.rod.assembly import DiscreteRods
 from knotfem.models.rod.spec import ContactSpec
+from knotfem.scene.stiffness import axial_stiffness
 from knotfem.solver.constraints import driven, held
 from knotfem.solver.nonlinear.line_search import Armijo
 from knotfem.solver.nonlinear.newton import Newton
@@ -94,7 +96,7 @@ def tighten(n: int, friction: float, first: float, loops: Sequence[float]) -> li
     """Pull a knot of r = 1 mm and loop radius `first` [mm] until that is `loops` [mm], with drag below 1 % of F."""
     length = 2.0 * np.pi * first * 1.3 + 10.0 * (2 * n + 1) * np.sqrt(first)
     segments = int(RESOLUTION * length / np.sqrt(loops[-1]))
-    spec = rubber(torus_knot(n, 1.0, first, segments, length), 1.0, 200.0 + YOUNGS * np.pi)
+    spec = rubber(torus_knot(n, 1.0, first, segments, length), 1.0, 200.0 + axial_stiffness(YOUNGS, 1.0))
     contact = ContactSpec(hertz_line_stiffness(YOUNGS, 0.5), friction, ramp=1.0 / 30.0, sample_spacing=0.25)
     rods, ends = DiscreteRods([spec], contact, drag=20.0), np.array([0, segments])
     phase = Phase(rods, rods.initial, [held(ends, rods.initial.x[ends, :3])], scheme=BackwardEuler())
@@ -164,14 +166,10 @@ def _wave_number(c: ContactReport, x: np.ndarray, h: float) -> float:
     order = np.argsort(here[chosen])
     here, there = here[chosen][order], there[chosen][order]
     curve = CubicSpline(h * np.arange(len(x)), x)
-    across, axis = _unit(curve(there) - curve(here)), _unit(curve(here, 1) + curve(there, 1))
+    across, axis = unit_vectors(curve(there) - curve(here)), unit_vectors(curve(here, 1) + curve(there, 1))
     way = np.linalg.norm(np.diff(0.5 * (curve(here) + curve(there)), axis=0), axis=1)
     turned = np.einsum("ij,ij->i", np.cross(across[:-1], across[1:]), 0.5 * (axis[:-1] + axis[1:]))
     return float(abs(turned.sum()) / way.sum())
-
-
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
 
 
 def limit(eps: np.ndarray, ratio: np.ndarray) -> tuple[float, float]:

@@ -52,7 +52,7 @@ def cost(
     from rich.console import Console
 
     from knotfem.errors import InputError
-    from knotfem.run.files import json_line
+    from knotfem.files import json_line
     from knotfem.scene import load_scene
     from knotfem.scene.quantity import DURATION, parse_quantity
     from knotfem.study import convergence, files, records, switches, tables

@@ -11,11 +11,12 @@ from typing import Any
 from knotfem.errors import InputError, KnotfemError
 from knotfem.models.base import Additions, Obstacle, TermMaker
 from knotfem.models.series import Fields
-from knotfem.plot.auto import RunFigures
-from knotfem.results.data import MemoryData, open_run
+from knotfem.results.data import MemoryRun, open_run
+from knotfem.results.figures import RunFigures
 from knotfem.results.run import Run
+from knotfem.run.additions import names_of, require
 from knotfem.run.checkpoint import RunCheckpoint
-from knotfem.run.directory import TIED, RunDirectory
+from knotfem.run.directory import RunDirectory
 from knotfem.run.driver import drive, goal_of
 from knotfem.run.memory import MemoryStore, StoredState
 from knotfem.run.progress import Progress, automatic_progress
@@ -64,8 +65,10 @@ def tie(
         KnotfemError: a scene that is wrong, or what ended the run. Ctrl-C and the scene's time limit end it in order.
             Of a run in memory the results so far are the attribute `run` of the error.
     """
-    task = Task(load_scene(source, overrides), "tie", Additions(terms, obstacles, dict(materials or {})))
-    return task.run_in_memory(progress) if _in_memory(out) else task.run_on_disk(_new(task.scene, out, force), progress)
+    scene, additions = load_scene(source, overrides), _additions(terms, obstacles, materials)
+    if _in_memory(out):
+        return Task(scene, "tie", additions).run(progress)
+    return _run_on_disk(_new(scene, out, force), "tie", additions, progress)
 
 
 def pull(
@@ -88,19 +91,22 @@ def pull(
         out: see `tie`; the folder of the run itself to go on in it.
         force: see `tie`.
         progress: see `tie`.
-        terms: see `tie`.
-        obstacles: see `tie`.
-        materials: see `tie`.
+        terms: see `tie`; of a run those that it was begun with and, in another folder or in memory, further ones.
+        obstacles: likewise.
+        materials: likewise.
 
     Raises:
-        KnotfemError: see `tie`.
+        KnotfemError: see `tie`; also a run that was begun with terms, obstacles or materials that are not passed again.
     """
-    additions = Additions(terms, obstacles, dict(materials or {}))
+    additions = _additions(terms, obstacles, materials)
     run = _as_run(source)
     if _in_memory(out):
-        return _pulling(source if run is None else run, overrides, additions).run_in_memory(progress)
-    directory = _going_on(run, overrides, out, force) if run else _new(_scene(source, overrides), out, force)
-    return Task(directory.scene, "pull", additions).run_on_disk(directory, progress)
+        return _pulling(source if run is None else run, overrides, additions).run(progress)
+    if run is None:
+        directory = _new(_scene(source, overrides), out, force)
+    else:
+        directory = _going_on(run, overrides, additions, out, force)
+    return _run_on_disk(directory, "pull", additions, progress)
 
 
 def resume(
@@ -118,18 +124,18 @@ def resume(
         path: the run directory.
         overrides: changes of keys under solver and output.
         progress: see `tie`.
-        terms: those that the run was begun with.
+        terms: those that the run was begun with; a run directory knows them by name only.
         obstacles: likewise.
         materials: likewise.
 
     Raises:
-        KnotfemError: see `tie`; also a checkpoint of an older version.
+        KnotfemError: see `tie`; also a checkpoint of an older version, or other terms, obstacles or materials than the
+            run was begun with.
     """
     directory = RunDirectory.open(path)
     if overrides:
         directory.override(overrides)
-    additions = Additions(terms, obstacles, dict(materials or {}))
-    return Task(directory.scene, goal_of(directory), additions).run_on_disk(directory, progress)
+    return _run_on_disk(directory, goal_of(directory), _additions(terms, obstacles, materials), progress)
 
 
 def steps(
@@ -145,64 +151,64 @@ def steps(
     Whoever takes them may end whenever they like; Ctrl-C and time limit are theirs.
     """
     run = _as_run(source)
-    task = _pulling(source if run is None else run, overrides, Additions(terms, obstacles, dict(materials or {})))
+    task = _pulling(source if run is None else run, overrides, _additions(terms, obstacles, materials))
     return (event for event in task.simulation().run() if isinstance(event, TimeStepDone))
 
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """What is to be computed.
+    """What is to be computed in memory.
 
     Attributes:
         scene: what to run.
         goal: "tie" or "pull".
         additions: of the user's own.
-        run: whose tied knot is taken up, or None.
-        tied: its state.
+        earlier: the run whose tied knot is taken up, or None.
+        tied: that knot.
     """
 
     scene: Scene
     goal: str
     additions: Additions
-    run: Run | None = None
+    earlier: Run | None = None
     tied: RunCheckpoint | None = None
 
-    def run_on_disk(self, directory: RunDirectory, progress: Progress | bool) -> Run:
-        """Bring a run directory to the goal."""
-        with closing(_progress(progress)) as shown:
-            shown.message(f"run directory {directory.path}")
-            with directory.locked():
-                drive(directory.scene, directory, self.goal, shown, additions=self.additions, figures=RunFigures())
-        return open_run(directory.path)
-
-    def run_in_memory(self, progress: Progress | bool) -> Run:
-        """Reach the goal without files."""
+    def run(self, progress: Progress | bool) -> Run:
+        """Reach the goal."""
         with closing(_progress(progress)) as shown, StopRequest(self.scene.solver.time_limit) as stop:
 
             def heed_stop() -> None:
                 if stop.due:
                     raise stop.error(KEPT)
 
-            simulation = self.simulation(heed_stop, shown.message)
-            recorder, checkpoints = Recorder(simulation, self._store()), {}
+            simulation, store, tied = self.simulation(heed_stop, shown.message), self._store(), None
+            recorder = Recorder(simulation, store)
             recorder.begin(self.tied)
+
+            def made() -> Run:
+                return MemoryRun(self.scene, store, recorder.finish(), names_of(self.additions), tied)
+
             try:
                 for event in simulation.run():
                     recorder.record(event)
                     if not isinstance(event, PhaseDone):
                         shown.step(report_of(event))
                     elif event.tied:
-                        checkpoints[TIED] = recorder.checkpoint()
+                        tied = recorder.checkpoint()
             except KnotfemError as error:
-                error.run = _finished(recorder, checkpoints)
+                error.run = made()
                 raise
-            return _finished(recorder, checkpoints)
+            return made()
 
     def simulation(self, interrupt: Interrupt | None = None, notify: Callable[[str], None] = LOG.info) -> Simulation:
         """The simulation, at its beginning or at the tied knot."""
-        source = source_rods(self.scene) if self.scene.tie.source is not None else None
         simulation = Simulation(
-            self.scene, self.goal, additions=self.additions, source=source, interrupt=interrupt, notify=notify
+            self.scene,
+            self.goal,
+            additions=self.additions,
+            source=source_rods(self.scene),
+            interrupt=interrupt,
+            notify=notify,
         )
         if self.tied is not None:
             simulation.restore(self.tied.simulation)
@@ -210,27 +216,36 @@ class Task:
 
     def _store(self) -> MemoryStore:
         """Where results go, with those of the run whose tied knot is taken up but for its table of forces."""
-        if self.run is None or self.tied is None:
+        if self.earlier is None or self.tied is None:
             return MemoryStore()
-        fields = [(state, state.fields) for state in self.run.states[: self.tied.rows["series"]]]
+        fields = [(state, state.fields) for state in self.earlier.states[: self.tied.rows["series"]]]
         states = [StoredState(s.time, s.displacement, Fields(f.points, f.point_data, f.cell_data)) for s, f in fields]
-        return MemoryStore({name: self.run.table(name) for name in self.tied.rows if name in TABLES}, states)
+        return MemoryStore({name: self.earlier.table(name) for name in self.tied.rows if name in TABLES}, states)
 
 
-def _finished(recorder: Recorder, checkpoints: dict[str, RunCheckpoint]) -> Run:
-    simulation = recorder.simulation
-    if simulation.mapped:
-        checkpoints[""] = recorder.checkpoint()
-    scene, store = simulation.scene, recorder.store
-    assert isinstance(store, MemoryStore)
-    return Run(MemoryData(scene, store, recorder.finish(), checkpoints), scene.name)
+def _run_on_disk(directory: RunDirectory, goal: str, additions: Additions, progress: Progress | bool) -> Run:
+    """Bring a run directory to a goal."""
+    with closing(_progress(progress)) as shown:
+        shown.message(f"run directory {directory.path}")
+        with directory.locked():
+            drive(directory, goal, shown, additions=additions, figures=RunFigures())
+    return open_run(directory.path)
+
+
+def _additions(
+    terms: Sequence[TermMaker], obstacles: Sequence[Obstacle], materials: Mapping[str, Any] | None
+) -> Additions:
+    return Additions(terms, obstacles, dict(materials or {}))
 
 
 def _pulling(source: Scene | Run | str | Path, overrides: Overrides, additions: Additions) -> Task:
     """Take all steps of a scene, or those after tying from a run's tied knot."""
-    tied = source.data.checkpoint(TIED) if isinstance(source, Run) else None
     scene = _scene(source, overrides)
-    if not isinstance(source, Run) or tied is None:
+    if not isinstance(source, Run):
+        return Task(scene, "pull", additions)
+    require(source.additions, names_of(additions), source.path, same=False)
+    tied = source.tied()
+    if tied is None:
         return Task(scene, "pull", additions)
     RunDirectory.check_branch(source.scene, scene, source.path)
     return Task(scene, "pull", additions, source, tied)
@@ -266,7 +281,7 @@ def _new(scene: Scene, out: Out, force: bool) -> RunDirectory:
     return RunDirectory.create(scene, folder, force=force)
 
 
-def _going_on(run: Run, overrides: Overrides, out: Out, force: bool) -> RunDirectory:
+def _going_on(run: Run, overrides: Overrides, additions: Additions, out: Out, force: bool) -> RunDirectory:
     """The folder in which a run goes on: its own, or another with its tied knot."""
     folder = _folder(out)
     if run.path is None:
@@ -278,10 +293,11 @@ def _going_on(run: Run, overrides: Overrides, out: Out, force: bool) -> RunDirec
         if overrides:
             directory.override(overrides)
         return directory
+    require(run.additions, names_of(additions), run.path, same=False)
     scene = load_scene(directory.scene_file, overrides)
     if not directory.tied:
         return _new(scene, out, force)
-    run.data.checkpoint(TIED)  # that it can be read is known before a folder is made
+    run.tied()  # that it can be read is known before a folder is made
     return directory.branch(scene, folder, force=force)
 
 

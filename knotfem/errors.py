@@ -41,6 +41,17 @@ class InputError(KnotfemError):
         super().__init__(message)
 
 
+def cannot_read(path: str | Path, error: OSError) -> InputError:
+    """The error for a file that cannot be read."""
+    return InputError(f"cannot be read ({error.strerror or error})", file=path)
+
+
+def cannot_write(path: str | Path, error: OSError) -> InputError:
+    """The error for a file or folder that cannot be written."""
+    problem = f"cannot be written ({error.strerror or error})"
+    return InputError(problem, file=path, expected="a writable folder with space")
+
+
 class MissingDependency(KnotfemError):
     """An optional library or system component is absent; the message names it and its cure."""
 

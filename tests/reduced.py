@@ -19,10 +19,10 @@ from knotfem.energy.balance import EnergyBalance, StepFigures
 from knotfem.energy.energies import Energies
 from knotfem.geometry.finite_rotation import rotate, smallest_rotation
 from knotfem.geometry.frames import tangents
-from knotfem.models.base import Equations, Model
+from knotfem.models.base import Equations, Model, Obstacle
 from knotfem.models.rod.assembly import DiscreteRods
 from knotfem.models.rod.initial import EndFrame
-from knotfem.models.rod.spec import ContactSpec, ObstacleSpec, RodSpec
+from knotfem.models.rod.spec import ContactSpec, RodSpec
 from knotfem.solver.constraints import Clamp, Prescribed
 from knotfem.solver.nonlinear.line_search import Armijo
 from knotfem.solver.nonlinear.newton import Newton
@@ -63,9 +63,9 @@ def contact(friction: float | Array = 0.0, stiffness: float = RUBBER) -> Contact
     return ContactSpec(stiffness, friction, ramp=RADIUS / 30.0, sample_spacing=RADIUS / 4.0)
 
 
-def peg(place: Sequence[float], axis: Sequence[float], radius: float, friction: float) -> ObstacleSpec:
+def peg(place: Sequence[float], axis: Sequence[float], radius: float, friction: float) -> Obstacle:
     """A rigid cylinder."""
-    return ObstacleSpec(make_cylinder(np.array(place), np.array(axis), radius), friction)
+    return Obstacle(make_cylinder(np.array(place), np.array(axis), radius), friction)
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +102,7 @@ class Rods:
         self,
         rods: Sequence[RodSpec],
         contact: ContactSpec | None = None,
-        obstacles: Sequence[ObstacleSpec] = (),
+        obstacles: Sequence[Obstacle] = (),
         *,
         gravity: Array | None = None,
         drag: float | None = None,

@@ -334,7 +334,7 @@ def test_obstacle_of_ones_own_stands_in_the_way(scene: dict[str, object]) -> Non
     assert set(found["other"]) == {"ball"}
     assert np.abs(found["arclength_mm"] - 60.0).max() < 4.0
     assert 0.0 < run.summary["max_penetration_over_d"] < 0.05
-    assert {"cylinder", "cylinder friction"} <= set(run.summary["effects"])
+    assert {"obstacle", "obstacle friction"} <= set(run.summary["effects"])
     assert abs(run.energy["missing"][-1]) < 0.02 * run.energy["work"][-1]
     with pytest.raises(kf.InputError, match="obstacles need contact"):
         kf.pull("cantilever", scene, obstacles=[kf.Obstacle(ball)])

@@ -28,14 +28,14 @@ def contact_report(terms: Sequence[Term]) -> ContactReport:
             other, spacing = pairs.rod[on], term.surface.stations.spacing
             where = (*_where(term, pairs.sample[on]), other, pairs.at[on, 0] * spacing[other])
             normal = term.normals(on)
-            parts.append((*where, pairs.gap[on], normal, pairs.force[on], *_rubbing(friction.get(id(term)), on)))
+            parts.append((*where, pairs.gap[on], normal, pairs.force[on], *_friction_of(friction.get(id(term)), on)))
     for number, term in enumerate(obstacles):
         touch = term.touch
         near = touch.force[touch.sample] > 0.0
         on = touch.sample[near]
         other, nowhere = np.full(on.size, -1 - number), np.full(on.size, np.nan)
         pressing = touch.gap[near], touch.normal[near], touch.force[on]
-        parts.append((*_where(term, on), other, nowhere, *pressing, *_rubbing(friction.get(id(term)), on)))
+        parts.append((*_where(term, on), other, nowhere, *pressing, *_friction_of(friction.get(id(term)), on)))
     if not parts:
         return ContactReport.empty()
     return ContactReport(*(np.concatenate(column) for column in zip(*parts, strict=True)))
@@ -63,7 +63,7 @@ def _where(contact: PairContact | ObstacleContact, sample: np.ndarray) -> tuple[
     return rod, contact.samples.u[sample] * contact.surface.stations.spacing[rod]
 
 
-def _rubbing(friction: Friction | None, on: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _friction_of(friction: Friction | None, on: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     if friction is None:
         return np.zeros(on.size), np.ones(on.size, dtype=bool)
     return np.linalg.norm(friction.view.traction[on], axis=1), friction.slides[on] | (friction.mu[on] == 0.0)

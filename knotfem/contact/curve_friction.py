@@ -9,8 +9,8 @@ contact plane along the secondary rod's tangent and across it,
              = mu N e/|e|            beyond: the pair slides
 
 and the force acts on those two material points, rolling and twisting included. On an accepted step the slip is cut to
-mu N/k where the pair slides and both points are taken anew at the present contact, so that the contact may move on
-along the rods and roll without end, while slip that is not cut stays.
+mu N/k where the pair slides, and both material points are reset to the current contact point, so that the contact may
+move along the rods and roll without end, while slip that is not cut stays.
 """
 
 from __future__ import annotations
@@ -245,9 +245,9 @@ def _anchor_pairs(
     x: np.ndarray, frames: FrameView, curves: CurveView, samples: SampleView, contact: tuple[np.ndarray, PairView],
     chosen: np.ndarray, friction: SpringView,
 ) -> None:  # fmt: skip
-    """Take both material points of the chosen pairs anew, where the present contact divides the way between the axes.
+    """Reset both material points of the chosen pairs to the current contact point between the axes.
 
-    That way is divided as the radii are: two rods that roll on each other turn inversely as those.
+    It divides the distance of the axes as the radii do: two rods that roll on each other rotate inversely as those.
     """
     points, pairs = contact
     room, frame, d = curve_pair_room(), material_room(), np.empty(3)

@@ -1,9 +1,9 @@
 """Coulomb friction of contacts: what they remember, and when it changes.
 
-Each contact remembers where it clings. That changes on accepted steps alone: contacts that slide are brought along,
-contacts that do not touch cling to where they would touch. Contacts near to touching are therefore anchored before they
-do; an anchor set at the first overlap would bias friction low and make it depend on the step. Nothing creeps, as with a
-friction smoothed by velocity it would.
+Each contact remembers the anchor to which it sticks. Anchors change on accepted steps alone: those of contacts that
+slide are dragged along, those of contacts that do not touch are set where they would touch. Contacts near to touching
+are therefore anchored before they touch; an anchor set at the first overlap would bias friction low and make it depend
+on the step. Nothing creeps, as it would with a friction regularised by velocity.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class Contact(Protocol):
     """What friction asks of the term of normal contact.
 
     Attributes:
-        name: of the term.
+        name, number: of the term.
         external: whether an obstacle is touched.
         surface: of all rods.
         samples: of it.
@@ -33,6 +33,7 @@ class Contact(Protocol):
     """
 
     name: str
+    number: int
     external: bool
     surface: Surface
     samples: Samples
@@ -48,7 +49,7 @@ class FrictionView(Protocol):
     """What every friction law fills in for each contact.
 
     Attributes:
-        slip: distance from where the contact clings [mm], shape [contacts].
+        slip: distance of the contact from its anchor [mm], shape [contacts].
         traction: friction force on the secondary surface [N], shape [contacts, 3].
     """
 
@@ -90,7 +91,7 @@ class FrictionLaw(Protocol):
         ...
 
     def anchor(self, x: np.ndarray, contact: Any, view: Any, chosen: np.ndarray) -> None:
-        """Let the chosen contacts, boolean, cling to where they are."""
+        """Anchor the chosen contacts, boolean, where they are."""
         ...
 
     def sliding(self, contact: Any, view: Any) -> np.ndarray:
@@ -106,7 +107,7 @@ class Friction(Term):
     """Friction of the contacts of one normal contact term, which must come before it in the list of terms.
 
     Args:
-        contact: whose contacts rub.
+        contact: whose contacts have friction.
         law: of its kind.
         coefficients: mu of each pair of rods, shape [rods, rods], or of each rod on an obstacle, shape [rods].
         scheduled: whether the conditions of a step may multiply the coefficients.
@@ -121,7 +122,7 @@ class Friction(Term):
         self.contact, self.law = contact, law
         self.coefficients = np.asarray(coefficients, dtype=float)
         self._scheduled = scheduled
-        self.external = contact.external
+        self.external, self.number = contact.external, contact.number
         self.name = f"{contact.name} friction" if contact.external else "friction"
         self._factor, self._kept, self._lost = 1.0, 0.0, 0.0
         self.load({})
@@ -153,8 +154,7 @@ class Friction(Term):
         self.law.anchor(x, contact, self.view, ~known)
 
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
-        width = self.contact.surface.width
-        return self.law.assemble(x, self.contact, self.view, residual, view_of(matrix, width))
+        return self.law.assemble(x, self.contact, self.view, residual, view_of(matrix, residual.shape[1]))
 
     def merit(self, x: np.ndarray) -> float:
         return self.law.potential(x, self.contact, self.view)

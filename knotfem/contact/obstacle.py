@@ -8,7 +8,7 @@ import numpy as np
 
 from knotfem.compiled import kernel
 from knotfem.contact.law import Penalty, penalty
-from knotfem.contact.rigid import RigidSurface
+from knotfem.contact.rigid import Cylinder, RigidSurface
 from knotfem.contact.samples import Samples, SampleView, sample_points
 from knotfem.contact.surface import Surface
 from knotfem.solver.term import Role, Term
@@ -97,6 +97,7 @@ class ObstacleContact(Term):
         samples: of it.
         law: normal law.
         obstacle: rigid.
+        number: of the obstacle, from 1 on; 0 where there is one.
 
     Attributes:
         touch: samples near the obstacle.
@@ -104,10 +105,13 @@ class ObstacleContact(Term):
         generation, match: for friction; the samples stay the same, each one a contact.
     """
 
-    name, role, external = "cylinder", Role.CONTACT, True
+    role, external = Role.CONTACT, True
     generation = 0
 
-    def __init__(self, surface: Surface, samples: Samples, law: Penalty, obstacle: RigidSurface) -> None:
+    def __init__(
+        self, surface: Surface, samples: Samples, law: Penalty, obstacle: RigidSurface, number: int = 0
+    ) -> None:
+        self.name, self.number = "cylinder" if isinstance(obstacle, Cylinder) else "obstacle", number
         self.surface, self.samples, self.law, self.obstacle = surface, samples, law, obstacle
         self.points = np.zeros((samples.count, 3))
         self.match = np.full(samples.count, -1)
@@ -140,7 +144,7 @@ class ObstacleContact(Term):
 
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
         self._force[:] = 0.0
-        return _assemble(self.samples.view, self.touch, residual, view_of(matrix, self.surface.width))
+        return _assemble(self.samples.view, self.touch, residual, view_of(matrix, residual.shape[1]))
 
     def merit(self, x: np.ndarray) -> float:
         return self._stored(self._gaps(self.samples.places(x)))

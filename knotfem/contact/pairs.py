@@ -142,7 +142,7 @@ class PairContact(Term):
         return min(1.0, self._closing / most) if most > 0.0 else 1.0
 
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
-        view = view_of(matrix, self.surface.width)
+        view = view_of(matrix, residual.shape[1])
         return _assemble(x, self.surface.view, self.samples.view, self.points, self.pairs, residual, view)
 
     def merit(self, x: np.ndarray) -> float:

@@ -172,7 +172,7 @@ def _potential(x: np.ndarray, tubes: TubeView, points: np.ndarray, pairs: PairVi
 
 @kernel
 def _commit(around: np.ndarray, pairs: PairView, friction: AnchorView) -> None:
-    """Sliding anchors follow at the stick distance, those of pairs that do not rub all the way."""
+    """Sliding anchors follow at the stick distance, those of pairs without friction go all the way."""
     for k in range(pairs.sample.size):
         at, anchor = pairs.at[k], friction.anchor[k]
         if pairs.force[k] == 0.0 or friction.mu[k] <= 0.0:

@@ -130,8 +130,8 @@ class EnergyBalance:
         both = _sum(before, dx) + _sum(forces, dx)
         done = 0.5 * float(np.sum(np.where(system.fixed, both, 0.0) * dx))
         done += self._clamp_work(system, accepted, couples)
-        done -= sum(work(label) for label, term in system.labels.items() if term.role is Role.LOAD)
-        sliding = sum(work(label) for label, term in system.labels.items() if term.role is Role.FRICTION)
+        done -= sum(work(label) for label in _labels(system, Role.LOAD))
+        sliding = sum(work(label) for label in _labels(system, Role.FRICTION))
         after = _stored(e, system, accepted.state)
         return replace(
             after,
@@ -150,14 +150,10 @@ class EnergyBalance:
         return work
 
     def _figures(self, equations: Equations, forces: Forces, x: np.ndarray, origin: np.ndarray) -> StepFigures:
-        system, terms = equations.system, equations.system.labels
-        total = _sum(forces, x)
+        system, total = equations.system, _sum(forces, x)
         reactions = {label: _resultant(total[nodes]) for label, nodes in equations.supports.items()}
-        external = sum(reactions.values(), np.zeros(3))
-        for label, term in terms.items():
-            if term.external and term.role is not Role.RESISTANCE:
-                external = external - _resultant(forces[label])
-        loads = _sum({label: forces[label] for label, term in terms.items() if term.role is Role.LOAD}, x)
+        imbalance = _imbalance(system, forces, reactions)
+        loads = _sum_of(Role.LOAD, system, forces, x)
         for label, nodes, _ in equations.drives:
             reactions.setdefault(label, -_resultant(loads[nodes]))
         self.end_forces = {label: value.tolist() for label, value in reactions.items()}
@@ -167,15 +163,15 @@ class EnergyBalance:
             displacement = float((x[nodes, :3] - origin[nodes, :3]).mean(axis=0) @ direction)
             force = float(reactions[label] @ direction)
         contacts = system.having(Role.CONTACT)
-        viscous = _sum({label: forces[label] for label, term in terms.items() if term.role is Role.RESISTANCE}, x)
-        dynamic = viscous + _sum({label: forces[label] for label, t in terms.items() if t.role is Role.INERTIA}, x)
+        viscous = _sum_of(Role.RESISTANCE, system, forces, x)
+        dynamic = viscous + _sum_of(Role.INERTIA, system, forces, x)
         return StepFigures(
             force,
             displacement,
             sum(_figure(c, "touching") for c in contacts),
             sum(_figure(f, "sliding") for f in system.having(Role.FRICTION)),
             max((_figure(c, "penetration") for c in contacts), default=0.0),
-            float(np.linalg.norm(external)),
+            imbalance,
             float(np.linalg.norm(_resultant(viscous))),
             self.model.sections.largest_sum(dynamic),
             dict(self.end_forces),
@@ -194,8 +190,7 @@ def inertial_work(system: System, before: Forces, after: Forces, dx: np.ndarray)
         after: the same at its end.
         dx: move of the step, shape [nodes, width].
     """
-    inertia = [label for label, term in system.labels.items() if term.role is Role.INERTIA]
-    start, end = (_sum({label: forces[label] for label in inertia}, dx) for forces in (before, after))
+    start, end = (_sum_of(Role.INERTIA, system, forces, dx) for forces in (before, after))
     others = _sum(after, dx) - end - (_sum(before, dx) - start)
     balancing = np.where(system.fixed, 0.5 * (start + end), end + (0.5 - system.scheme.alpha_f) * others)
     return float(np.sum(balancing * dx))
@@ -221,16 +216,34 @@ def _stored(e: Energies, system: System, state: State) -> Energies:
 
 def _taken(e: Energies, system: System, work: Callable[[str], float]) -> dict[str, float]:
     taken = dict(e.taken)
-    for label, term in system.labels.items():
-        if term.role is Role.RESISTANCE:
-            known = term.dissipation()
-            taken[term.name] = taken.get(term.name, 0.0) + (work(label) if known is None else known)
+    for label in _labels(system, Role.RESISTANCE):
+        term = system.labels[label]
+        known = term.dissipation()
+        taken[term.name] = taken.get(term.name, 0.0) + (work(label) if known is None else known)
     return taken
 
 
 def _figure(term: Term, name: str) -> Any:
     """A figure that terms of its role have; 0 of a term of the user's own without it."""
     return getattr(term, name, 0)
+
+
+def _imbalance(system: System, forces: Forces, reactions: Mapping[str, np.ndarray]) -> float:
+    """Size of the sum of all external forces [N], resistances and inertia not counted."""
+    external = sum(reactions.values(), np.zeros(3))
+    for label, term in system.labels.items():
+        if term.external and term.role is not Role.RESISTANCE:
+            external = external - _resultant(forces[label])
+    return float(np.linalg.norm(external))
+
+
+def _labels(system: System, role: Role) -> list[str]:
+    return [label for label, term in system.labels.items() if term.role is role]
+
+
+def _sum_of(role: Role, system: System, forces: Forces, like: np.ndarray) -> np.ndarray:
+    """Sum of the residuals of all terms of a role, shape [nodes, width]."""
+    return _sum({label: forces[label] for label in _labels(system, role)}, like)
 
 
 def _sum(forces: Forces, like: np.ndarray) -> np.ndarray:

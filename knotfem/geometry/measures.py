@@ -1,4 +1,4 @@
-"""Arclength, turning angles and curvature of a polyline."""
+"""Arclength, turning angles and curvature of a polyline, and means over its edges."""
 
 from __future__ import annotations
 
@@ -24,6 +24,18 @@ def arclength(points: ArrayLike) -> Array:
     """
     x = as_points(points)
     return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(x, axis=0), axis=1))])
+
+
+def vertex_means(edges: Array) -> Array:
+    """Means of values on the edges of a polyline at its vertices; an end takes the value of its one edge.
+
+    Args:
+        edges: shape (n, ...).
+
+    Returns:
+        Shape (n + 1, ...).
+    """
+    return np.concatenate([edges[:1], 0.5 * (edges[1:] + edges[:-1]), edges[-1:]])
 
 
 def turning_angles(points: ArrayLike) -> Array:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from knotfem.errors import InputError
+from knotfem.errors import InputError, cannot_read
 from knotfem.geometry.curve import Curve, interpolate
 from knotfem.geometry.nurbs import Nurbs, blender_knots
 from knotfem.geometry.points import FEWEST_POINTS, as_points
@@ -102,7 +102,7 @@ def _read_text(path: Path) -> str:
     except UnicodeDecodeError:
         raise InputError("not a text file", file=path, expected="UTF-8 text") from None
     except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror})", file=path) from None
+        raise cannot_read(path, error) from None
 
 
 def _read_keys(path: Path) -> dict[str, Any]:

@@ -22,6 +22,18 @@ def unit(vector: ArrayLike) -> Array:
     return array / length
 
 
+def unit_vectors(vectors: Array) -> Array:
+    """Vectors scaled to length 1.
+
+    Args:
+        vectors: none of length zero, shape (n, 3).
+
+    Returns:
+        Shape (n, 3).
+    """
+    return vectors / np.linalg.norm(vectors, axis=1)[:, None]
+
+
 def unit_edges(points: Array) -> Array:
     """Unit vectors along the edges of a polyline.
 
@@ -31,8 +43,7 @@ def unit_edges(points: Array) -> Array:
     Returns:
         Shape (n, 3).
     """
-    edges = np.diff(points, axis=0)
-    return edges / np.linalg.norm(edges, axis=1)[:, None]
+    return unit_vectors(np.diff(points, axis=0))
 
 
 def perpendicular(direction: Array) -> Array:
@@ -51,6 +62,20 @@ def perpendicular(direction: Array) -> Array:
     axis = np.eye(3)[int(np.argmin(np.abs(direction).round(9)))]
     across = axis - (axis @ direction) * direction
     return across / np.linalg.norm(across)
+
+
+def along_and_across(vectors: Array, directions: Array) -> tuple[Array, Array]:
+    """Components of vectors along unit vectors, and sizes of what is perpendicular to these.
+
+    Args:
+        vectors: shape (n, 3).
+        directions: unit vectors, shape (n, 3).
+
+    Returns:
+        Two arrays of shape (n,).
+    """
+    along = np.einsum("ni,ni->n", vectors, directions)
+    return along, np.linalg.norm(vectors - along[:, None] * directions, axis=1)
 
 
 def angles_between(first: Array, second: Array) -> Array:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from knotfem.errors import InputError
+from knotfem.errors import InputError, cannot_write
 from knotfem.mesh.rod import RodMesh
 
 if TYPE_CHECKING:
@@ -124,7 +124,7 @@ def write_mesh(mesh: ExportMesh, path: str | Path) -> None:
         for made in sorted(folder.iterdir(), key=lambda made: made.name == path.name):
             made.replace(path.with_name(made.name))
     except OSError as error:
-        raise InputError(f"cannot be written ({error.strerror or error})", file=path) from error
+        raise cannot_write(path, error) from error
     finally:
         if folder is not None:
             shutil.rmtree(folder, ignore_errors=True)

@@ -96,6 +96,21 @@ def section_from(path: str | Path, order: int = 1) -> Section:
     return section if order == 1 else quadratic(section)
 
 
+def chosen_section(file: str | None, elements: int, order: int = 1) -> Section:
+    """The section that a rod asks for: from the user's file where there is one, else with so many quadrilaterals.
+
+    Args:
+        file: see `section_from`.
+        elements: see `section_of`.
+        order: likewise.
+
+    Raises:
+        InputError: see `section_from` and `section_of`.
+        MissingDependency: see `section_of`.
+    """
+    return section_of(elements, order) if file is None else section_from(file, order)
+
+
 def other_count(elements: int, order: int = 1) -> str | None:
     """What must be said where a section cannot have the number of quadrilaterals asked for; None where it has it."""
     made = possible_elements(elements, order)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotfem.errors import InputError
-from knotfem.mesh.section import Section
+from knotfem.mesh.section import Section, regular_polygon
 from knotfem.mesh.section_properties import area
 
 FloatArray = NDArray[np.float64]
@@ -50,8 +50,7 @@ def number_section(points: FloatArray, quads: IntArray, file: Path | None = None
     if np.hypot(*points[0]) > EXACT:
         raise InputError("a cross-section has a node at the origin, on the rod's axis", file=file)
     ring = outline(points, quads, file)
-    expected = 2 * np.pi * np.arange(len(ring)) / len(ring)
-    error = float(np.abs(points[ring] - np.column_stack([np.cos(expected), np.sin(expected)])).max())
+    error = float(np.abs(points[ring] - regular_polygon(len(ring))).max())
     if error > EXACT:
         raise InputError(
             "boundary nodes lie on the unit circle at equal angles, the first at angle 0",
@@ -79,6 +78,19 @@ def bent_quads(points: FloatArray, quads: IntArray) -> IntArray:
     return np.flatnonzero((turn <= 0).any(axis=1))
 
 
+def boundary_edges(quads: IntArray) -> IntArray:
+    """Edges that no other quadrilateral has in the opposite direction, as their own one runs along them.
+
+    Args:
+        quads: counter-clockwise, shape (q, 4).
+
+    Returns:
+        First and last node, ascending, shape (n, 2).
+    """
+    known = {(a, b) for a, b in _edges(quads).tolist()}
+    return np.array(sorted(edge for edge in known if edge[::-1] not in known), dtype=np.int64).reshape(-1, 2)
+
+
 def outline(points: FloatArray, quads: IntArray, file: Path | None = None) -> IntArray:
     """Boundary nodes in counter-clockwise order, from the one furthest along x.
 
@@ -90,8 +102,7 @@ def outline(points: FloatArray, quads: IntArray, file: Path | None = None) -> In
     Raises:
         InputError: an edge belongs to more than two quadrilaterals, or the boundary is not one closed loop.
     """
-    edges = np.column_stack([quads.ravel(), np.roll(quads, -1, axis=1).ravel()])
-    directed, uses = np.unique(edges, axis=0, return_counts=True)
+    directed, uses = np.unique(_edges(quads), axis=0, return_counts=True)
     if (uses > 1).any():
         a, b = directed[np.argmax(uses)]
         raise InputError(
@@ -100,15 +111,15 @@ def outline(points: FloatArray, quads: IntArray, file: Path | None = None) -> In
             found=f"overlapping ones at the edge {said(points[a])} - {said(points[b])}",
             expected="each quadrilateral once",
         )
-    known = {(int(a), int(b)) for a, b in directed}
-    boundary = [(a, b) for a, b in known if (b, a) not in known]
-    following = dict(boundary)
+    boundary = boundary_edges(quads)
+    following: dict[int, int] = dict(boundary.tolist())
     first = max(following, key=lambda node: points[node, 0], default=0)
     ring = [first]
     while len(ring) <= len(following) and (node := following.get(ring[-1], first)) != first:
         ring.append(node)
     if len(following) < len(boundary) or len(ring) < 3 or len(ring) != len(boundary):
-        stray = sorted({a for a, _ in boundary} - set(ring)) or [a for a, _ in boundary]
+        others = np.setdiff1d(boundary[:, 0], ring)
+        stray = others if others.size else boundary[:, 0]
         raise InputError(
             "the boundary of a cross-section is one closed loop",
             file=file,
@@ -116,6 +127,11 @@ def outline(points: FloatArray, quads: IntArray, file: Path | None = None) -> In
             expected="no hole, no slit, one piece",
         )
     return np.array(ring, dtype=np.int64)
+
+
+def _edges(quads: IntArray) -> IntArray:
+    """First and last node of the edges of each quadrilateral, in the direction of its outline, shape (4 q, 2)."""
+    return np.column_stack([quads.ravel(), np.roll(quads, -1, axis=1).ravel()])
 
 
 def said(point: FloatArray) -> str:

@@ -9,16 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotfem.errors import InputError
+from knotfem.mesh.reference import hexahedron
 from knotfem.mesh.rod import RodMesh
 
 if TYPE_CHECKING:
     from skfem import MeshHex
 
 FloatArray = NDArray[np.float64]
-
-_VTK_CORNERS = np.array(
-    [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], dtype=np.float64
-)
 
 
 @dataclass(frozen=True)
@@ -53,17 +50,15 @@ def to_skfem(mesh: RodMesh, nodes: FloatArray | None = None, *, corners_only: bo
         nodes: positions in mm other than the reference, shape (N, 3).
         corners_only: take quadratic hexahedra by their corners alone, numbered anew, and not as eight bricks each.
     """
-    from skfem import ElementHex1, MeshHex
+    from skfem import MeshHex
 
-    corner = {tuple(x): i for i, x in enumerate(_VTK_CORNERS)}
-    order = [corner[tuple(x)] for x in np.asarray(ElementHex1.refdom.p, dtype=np.float64).T]
     places, cells = mesh.nodes if nodes is None else nodes, mesh.bricks
     if corners_only and mesh.span == 2:
         used, cells = np.unique(mesh.cells[:, :8], return_inverse=True)
         places, cells = places[used], cells.reshape(-1, 8)
     return MeshHex(
         np.ascontiguousarray(places.T),
-        np.ascontiguousarray(cells[:, order].T),
+        np.ascontiguousarray(cells[:, np.argsort(hexahedron(1).order)].T),
         sort_t=False,
         validate=False,
     )
@@ -86,7 +81,7 @@ def report(mesh: RodMesh, nodes: FloatArray | None = None) -> QualityReport:
     if nodes is not None and not np.isfinite(nodes).all():
         raise InputError("positions are not finite")
     hexes = to_skfem(mesh, nodes)
-    gradient = np.moveaxis(hexes.mapping().DF(_VTK_CORNERS.T), (0, 1), (-2, -1))
+    gradient = np.moveaxis(hexes.mapping().DF(0.5 * (hexahedron(1).nodes.T + 1.0)), (0, 1), (-2, -1))
     edges = np.linalg.norm(gradient, axis=-2)
     scaled = np.linalg.det(gradient) / edges.prod(axis=-1)
     longest, shortest = edges.max(axis=(1, 2)), edges.min(axis=(1, 2))

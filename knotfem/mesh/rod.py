@@ -103,11 +103,21 @@ class RodMesh:
     @property
     def surface(self) -> IntArray:
         """Quadrilaterals of the whole boundary, normals outwards: side, first end, last end, shape (n k + 2 q, 4)."""
-        ring = self.ring_nodes
-        ahead = np.roll(ring, -1, axis=1)
-        side = np.stack([ring[:-1], ahead[:-1], ahead[1:], ring[1:]], axis=-1).reshape(-1, 4)
         last = self.faces + self.section_nodes[-1, 0]
-        return np.concatenate([side, self.faces[:, ::-1], last])
+        return np.concatenate([side_quads(self.ring_nodes), self.faces[:, ::-1], last])
+
+
+def side_quads(rings: IntArray) -> IntArray:
+    """Quadrilaterals between successive rings of nodes, normals outwards.
+
+    Args:
+        rings: counter-clockwise about the direction in which they follow, shape (n + 1, k).
+
+    Returns:
+        Shape (n k, 4).
+    """
+    ahead = np.roll(rings, -1, axis=1)
+    return np.stack([rings[:-1], ahead[:-1], ahead[1:], rings[1:]], axis=-1).reshape(-1, 4)
 
 
 def extrude(section: Section, radius: float, length: float, slices: int, *, match_bending: bool = True) -> RodMesh:

@@ -2,8 +2,8 @@
 
 A rod of n segments has n + 1 nodes; several rods are stacked one behind the other. Edge j runs from node j to node
 j + 1, so that the last node of a rod has no edge. The unknowns of node j are its place [mm] and, in the fourth column,
-the spin of edge j times the radius: a path on the surface [mm], so that one tolerance and one largest move serve all
-four. The fourth unknown of a rod's last node means nothing and is held.
+the material frame angle of edge j times the radius: a path on the surface [mm], so that one tolerance and one largest
+move serve all four. The fourth unknown of a rod's last node means nothing and is held.
 """
 
 from __future__ import annotations

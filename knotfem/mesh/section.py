@@ -11,6 +11,12 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
+def regular_polygon(sides: int) -> FloatArray:
+    """Points of the unit circle at equal angles, counter-clockwise from angle 0, shape (sides, 2)."""
+    angle = 2 * np.pi * np.arange(sides) / sides
+    return np.column_stack([np.cos(angle), np.sin(angle)])
+
+
 @dataclass(frozen=True, eq=False)
 class Section:
     """Quadrilaterals that fill the regular polygon inscribed in the unit circle.

@@ -13,7 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotfem.errors import InputError
-from knotfem.mesh.numbering import EXACT, bent_quads, outline, said, signed_areas
+from knotfem.geometry.vectors import perpendicular
+from knotfem.mesh.numbering import EXACT, bent_quads, boundary_edges, outline, said, signed_areas
+from knotfem.mesh.section import regular_polygon
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -78,9 +80,7 @@ def _flatten(points: FloatArray, file: Path) -> FloatArray:
             expected=f"at most {0.5 * TOLERANCE * size:.3g}: the mesh of a face, not of a surface in space",
         )
     normal = normal * np.sign(normal[np.argmax(np.abs(normal))])
-    first = np.eye(3)[np.argmin(np.abs(normal))]
-    first = first - (first @ normal) * normal
-    first /= np.linalg.norm(first)
+    first = perpendicular(normal)
     return np.column_stack([offset @ first, offset @ np.cross(normal, first)])
 
 
@@ -100,9 +100,7 @@ def _refuse_coincident(points: FloatArray, file: Path) -> None:
 
 def _refuse_hanging(points: FloatArray, quads: IntArray, file: Path) -> None:
     """Nodes in the middle of an edge that does not know them."""
-    edges = np.column_stack([quads.ravel(), np.roll(quads, -1, axis=1).ravel()])
-    known = {(int(a), int(b)) for a, b in edges}
-    boundary = np.array([(a, b) for a, b in known if (b, a) not in known], dtype=np.int64).reshape(-1, 2)
+    boundary = boundary_edges(quads)
     nodes = np.unique(boundary)
     start, along = points[boundary[:, 0]], points[boundary[:, 1]] - points[boundary[:, 0]]
     length = np.linalg.norm(along, axis=1)
@@ -122,9 +120,7 @@ def _refuse_hanging(points: FloatArray, quads: IntArray, file: Path) -> None:
 
 def _normalised(points: FloatArray, ring: IntArray, file: Path) -> FloatArray:
     """Centre, scale and turn the disc; boundary and axis nodes are set exactly."""
-    count = len(ring)
-    angles = 2 * np.pi * np.arange(count) / count
-    circle = np.column_stack([np.cos(angles), np.sin(angles)])
+    circle = regular_polygon(len(ring))
     if np.abs(points[ring] - circle).max() <= EXACT and np.hypot(*points.T).min() <= EXACT:
         return points
     centre, radius = _circle_through(points[ring])

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from knotfem.mesh.section import Section
+from knotfem.mesh.section import Section, regular_polygon
 
 FloatArray = NDArray[np.float64]
 
@@ -32,7 +32,7 @@ def smooth(section: Section) -> Section:
     from scipy.optimize import minimize
 
     points = section.points.copy()
-    points[section.ring] = _regular(len(section.ring))
+    points[section.ring] = regular_polygon(len(section.ring))
     free = np.setdiff1d(np.arange(len(points)), np.append(section.ring, section.axis))
     if len(free):
 
@@ -67,11 +67,6 @@ def _distortion(points: FloatArray, quads: NDArray[np.int64]) -> tuple[float, Fl
     np.add.at(gradient, behind, grad_b)
     np.add.at(gradient, quads, -grad_a - grad_b)
     return float(value.sum()), gradient
-
-
-def _regular(sides: int) -> FloatArray:
-    angle = 2 * np.pi * np.arange(sides) / sides
-    return np.column_stack([np.cos(angle), np.sin(angle)])
 
 
 def _symmetric(points: FloatArray) -> FloatArray:

@@ -105,16 +105,16 @@ class Equations:
 
 @dataclass(frozen=True, eq=False)
 class Obstacle:
-    """A rigid body of the user's own.
+    """A rigid body.
 
     Attributes:
         surface: what it is.
-        friction: Coulomb coefficient of the rods on it.
+        friction: Coulomb coefficient of the rods on it, one number or that of each rod, shape [rods].
         name: for tables.
     """
 
     surface: RigidSurface
-    friction: float = 0.0
+    friction: float | np.ndarray = 0.0
     name: str = "obstacle"
 
 
@@ -190,7 +190,7 @@ class Model(ABC):
     @property
     def force_scale(self) -> float:
         """B/r^2 of the softest rod [N]."""
-        return min(rod.material.youngs_modulus * np.pi * rod.diameter**2 / 16.0 for rod in self.rods)
+        return min(rod.bulk_axial_stiffness / 4.0 for rod in self.rods)
 
     @property
     def mass(self) -> float:

@@ -14,13 +14,13 @@ if TYPE_CHECKING:
     from knotfem.models.rod.initial import SourceRod
 
 
-def build_model(scene: Scene, additions: Additions | None = None, source: Sequence[SourceRod] | None = None) -> Model:
+def build_model(scene: Scene, additions: Additions | None = None, source: Sequence[SourceRod] = ()) -> Model:
     """The model of a scene; that of the other kind is not imported.
 
     Args:
         scene: what the user asked for.
         additions: of the user's own.
-        source: rods as another run has left them, from which discrete rods set out.
+        source: rods as another run has left them, from which discrete rods set out, or none.
 
     Raises:
         InputError: a centreline or a section that cannot be, or additions that the scene or its model cannot take.
@@ -38,8 +38,6 @@ def build_model(scene: Scene, additions: Additions | None = None, source: Sequen
 
 def _check_additions(scene: Scene, additions: Additions) -> None:
     rods = [rod.name for rod in scene.rods]
-    if additions.obstacles and not scene.contact.enabled:
-        raise InputError("obstacles need contact", key="contact.enabled", found="false", expected="true")
     taken = [*rods, *(obstacle.name for obstacle in scene.obstacles)]
     for obstacle in additions.obstacles:
         if obstacle.name in taken:

@@ -10,6 +10,7 @@ import numpy as np
 from knotfem import shipped
 from knotfem.geometry import validate
 from knotfem.geometry.curve import interpolate
+from knotfem.geometry.finite_rotation import rotate
 from knotfem.geometry.readers import read_centreline
 from knotfem.geometry.resample import equal_chords
 from knotfem.geometry.smoothing import laplacian
@@ -49,10 +50,10 @@ def centreline_of(rod: Rod, slices: int, scene: Scene) -> Centreline:
     """
     path = rod.centerline if Path(rod.centerline).suffix in CURVE_SUFFIXES else shipped.centreline_path(rod.centerline)
     curve = read_centreline(path)
-    raw = None
+    unsmoothed = None
     if rod.smoothing.iterations > 0:
-        drawn = equal_chords(curve, slices, rod.length)
-        raw = drawn.points
+        raw = equal_chords(curve, slices, rod.length).points
+        unsmoothed = place(raw, rod)
         curve = interpolate(laplacian(raw, rod.smoothing.gamma, rod.smoothing.iterations))
     points = place(equal_chords(curve, slices, rod.length).points, rod)
     obstacles = [
@@ -64,18 +65,14 @@ def centreline_of(rod: Rod, slices: int, scene: Scene) -> Centreline:
         points,
         rod.diameter,
         obstacles=obstacles,
-        unsmoothed=None if raw is None else place(raw, rod),
+        unsmoothed=unsmoothed,
         file=rod.centerline,
     )
-    if raw is not None:
-        check_smoothing(place(raw, rod), points, rod.centerline)
+    if unsmoothed is not None:
+        check_smoothing(unsmoothed, points, rod.centerline)
     return Centreline(points, tuple(warnings))
 
 
 def place(points: np.ndarray, rod: Rod) -> np.ndarray:
     """Turn and move a scaled curve to where the scene has it, shape [n, 3]."""
-    from scipy.spatial.transform import Rotation
-
-    axis = np.array(rod.rotation.axis, dtype=float)
-    turn = Rotation.from_rotvec(rod.rotation.angle * axis / np.linalg.norm(axis))
-    return turn.apply(points) + np.array(rod.origin)
+    return rotate(points, rod.rotation.axis, rod.rotation.angle) + np.array(rod.origin)

@@ -9,6 +9,7 @@ import numpy as np
 
 from knotfem.errors import InputError
 from knotfem.geometry.vectors import unit
+from knotfem.models.effects import DRAG
 from knotfem.scene.model import Scene
 from knotfem.scene.steps import Load, Loaded, Pull, Relax, Step, Turn
 from knotfem.solver import schemes
@@ -24,6 +25,13 @@ def gravity_of(scene: Scene) -> np.ndarray:
     """Acceleration [mm/s^2], shape [3]; zero where the scene has none."""
     gravity = scene.gravity
     return np.zeros(3) if gravity is None else gravity.acceleration * unit(gravity.direction)
+
+
+def drag_of(scene: Scene) -> float | None:
+    """Rate of the drag on the mass [1/s] where a step gives none; None where no step has drag."""
+    if not DRAG.wanted(scene):
+        return None
+    return NUMERICAL_DRAG if scene.drag is None else scene.drag.rate
 
 
 def ramp(step: Pull, start: float) -> History:

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from knotfem.errors import InputError, MissingDependency
+from knotfem.files import write_atomically
+from knotfem.types import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-FloatArray = NDArray[np.float64]
 Table = Mapping[str, ArrayLike] | Sequence[Mapping[str, Any]]
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
@@ -139,9 +141,9 @@ def plot_tension(
 
 
 def plot_stretch(
-    arclength: FloatArray,
-    stretch_by_time: FloatArray,
-    times: FloatArray,
+    arclength: Array,
+    stretch_by_time: Array,
+    times: Array,
     out: str | Path,
     *,
     threshold: float | None = None,
@@ -209,14 +211,14 @@ def _draw_force(axes: Axes, curves: Mapping[str, Table], radius: float) -> None:
 
 @contextmanager
 def paper_axes(out: str | Path, title: str | None, *, width: float = 3.6) -> Iterator[Axes]:
-    """Axes of a one-column figure, saved under a temporary name and renamed."""
+    """Axes of a one-column figure, which is then written as a whole."""
     with _paper_panels(out, title, 1, width=width) as panels:
         yield panels[0]
 
 
 @contextmanager
 def _paper_panels(out: str | Path, title: str | None, count: int, *, width: float) -> Iterator[list[Axes]]:
-    """Axes side by side, each of a width, saved under a temporary name and renamed."""
+    """Axes side by side, each of a width, of a figure that is then written as a whole."""
     out = Path(out)
     if out.suffix.lower() not in SUFFIXES:
         raise InputError(
@@ -229,7 +231,6 @@ def _paper_panels(out: str | Path, title: str | None, count: int, *, width: floa
     except ImportError as error:
         raise MissingDependency(f"plots need matplotlib ({error}): pip install matplotlib") from error
 
-    temporary = out.with_name(f".{out.name}.part")
     with rc_context(_STYLE):
         figure = Figure(figsize=(count * width, 2.8), layout="constrained")
         FigureCanvasAgg(figure)
@@ -240,16 +241,12 @@ def _paper_panels(out: str | Path, title: str | None, count: int, *, width: floa
         yield panels
         if title:
             panels[0].set_title(title, fontsize=10)
-        try:
-            figure.savefig(temporary, format=out.suffix[1:].lower())
-            temporary.replace(out)
-        except OSError as error:
-            raise InputError(f"cannot be written ({error.strerror or error})", file=out) from error
-        finally:
-            temporary.unlink(missing_ok=True)
+        picture = BytesIO()
+        figure.savefig(picture, format=out.suffix[1:].lower())
+        write_atomically(out, picture.getvalue())
 
 
-def _column(table: Table, name: str) -> FloatArray:
+def _column(table: Table, name: str) -> Array:
     try:
         values = table[name] if isinstance(table, Mapping) else [row[name] for row in table]
     except KeyError:

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from knotfem.errors import InputError
+from knotfem.files import write_atomically
 from knotfem.plot.opengl import prepare
 from knotfem.plot.surface import Surface, boundary, on_nodes, smooth_tube
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from knotfem.types import Array, Index
 
 PLAIN = ("#e08a2c", "#3f78b5", "#5aa469", "#b55d8c")
 _HEIGHT = 1400
@@ -38,7 +38,7 @@ class Cylinder:
     radius: float
     length: float = float("inf")
 
-    def extent(self, cloud: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+    def extent(self, cloud: Array) -> tuple[Array, Array, float]:
         """Middle, direction and length of the part that is drawn.
 
         Args:
@@ -57,6 +57,48 @@ class Cylinder:
         return origin + axis * (low + high) / 2, axis, high - low
 
 
+@dataclass(frozen=True, eq=False)
+class Look:
+    """What is drawn of rods of hexahedra, and in which colours.
+
+    Attributes:
+        scalars: what to colour by, on nodes, shape (N,), or on hexahedra, shape (E,) (then averaged to the nodes).
+        rings: boundary nodes of each section, shape (n + 1, k), one array a rod: drawn as smooth tubes. Without them
+            the faces of the hexahedra are drawn.
+        cylinders: obstacles.
+        label: name and unit of the scalar, beside the colour bar.
+        colour_map: a matplotlib colour map.
+        limits: smallest and largest value of the colour map; those of the drawn surface if left out.
+    """
+
+    scalars: Array | None = None
+    rings: Sequence[Index] = ()
+    cylinders: Sequence[Cylinder] = ()
+    label: str = ""
+    colour_map: str = "viridis"
+    limits: tuple[float, float] | None = None
+
+    def surfaces(self, points: Array, hexes: Index) -> list[Surface]:
+        """Surfaces of rods, with their values.
+
+        Args:
+            points: see `render_mesh`.
+            hexes: likewise.
+
+        Raises:
+            InputError: the arrays do not fit.
+        """
+        values = self.scalars
+        if values is not None and len(values) == len(hexes) != len(points):
+            values = on_nodes(hexes, np.asarray(values, dtype=np.float64), len(points))
+        if values is not None and np.shape(values) != (len(points),):
+            expected = f"{len(points)} on nodes or {len(hexes)} on hexahedra"
+            raise InputError("scalars do not fit the mesh", found=f"shape {np.shape(values)}", expected=expected)
+        if self.rings:
+            return [smooth_tube(points[r], None if values is None else values[r]) for r in self.rings]
+        return [boundary(points, hexes, values)]
+
+
 @dataclass(frozen=True)
 class Camera:
     """Where to look from.
@@ -70,11 +112,11 @@ class Camera:
 
     direction: ArrayLike = (0.25, 1.0, -0.12)
     up: ArrayLike = (0.0, 0.0, 1.0)
-    target: FloatArray | None = None
+    target: Array | None = None
     margin: float = 0.06
 
 
-def zoomed(camera: Camera, target: FloatArray, radius: float) -> Camera:
+def zoomed(camera: Camera, target: Array, radius: float) -> Camera:
     """The same view, framing points of a centreline and the rod around them.
 
     Args:
@@ -87,17 +129,12 @@ def zoomed(camera: Camera, target: FloatArray, radius: float) -> Camera:
 
 
 def render_mesh(
-    points: FloatArray,
-    hexes: IntArray,
+    points: Array,
+    hexes: Index,
     out: str | Path,
+    look: Look | None = None,
     *,
-    scalars: FloatArray | None = None,
-    rings: Sequence[IntArray] = (),
-    cylinders: Sequence[Cylinder] = (),
-    label: str = "",
     title: str | None = None,
-    colour_map: str = "viridis",
-    limits: tuple[float, float] | None = None,
     camera: Camera | None = None,
     size: tuple[int, int] | None = None,
 ) -> None:
@@ -107,14 +144,8 @@ def render_mesh(
         points: positions in mm, shape (N, 3).
         hexes: nodes of each hexahedron in VTK order, shape (E, 8).
         out: PNG file to write.
-        scalars: what to colour by, on nodes, shape (N,), or on hexahedra, shape (E,) (then averaged to the nodes).
-        rings: boundary nodes of each section, shape (n + 1, k), one array a rod: drawn as smooth tubes. Without them
-            the faces of the hexahedra are drawn.
-        cylinders: obstacles.
-        label: name and unit of the scalar, beside the colour bar.
+        look: what is drawn of them.
         title: heading.
-        colour_map: a matplotlib colour map.
-        limits: smallest and largest value of the colour map; those of the drawn surface if left out.
         camera: view; from -y, z upwards, by default.
         size: width and height of the picture in pixels; fitted to the target if left out.
 
@@ -122,22 +153,21 @@ def render_mesh(
         InputError: the suffix is not .png, the arrays do not fit, or the file cannot be written.
         MissingDependency: pyvista or an OpenGL library is absent.
     """
-    out = Path(out)
-    surfaces = _surfaces(points, hexes, scalars, rings)
+    out, look = Path(out), look or Look()
+    surfaces = look.surfaces(points, hexes)
     if out.suffix.lower() != ".png":
         raise InputError("no such picture format", file=out, found=out.suffix or "no suffix", expected=".png")
     prepare()
     import pyvista as pv
 
-    if limits is None:
-        limits = _limits(surfaces)
-    view = _Frame(camera or Camera(), _cloud(surfaces), size, bar=limits is not None)
+    coloured = any(surface.values is not None for surface in surfaces) or look.limits is not None
+    view = _Frame(camera or Camera(), _cloud(surfaces), size, bar=coloured)
     plotter: Any = pv.Plotter(off_screen=True, window_size=list(view.size), lighting="none")
     try:
         plotter.set_background("white")
-        mapper = _add_scene(plotter, surfaces, cylinders, colour_map, limits, smooth=bool(rings))
+        mapper = _add_scene(plotter, surfaces, look)
         if mapper is not None:
-            _colour_bar(plotter, mapper, label)
+            _colour_bar(plotter, mapper, look.label)
         if title:
             _text(plotter, title, left=True)
         view.look(plotter)
@@ -147,17 +177,7 @@ def render_mesh(
         plotter.close()
 
 
-def show_mesh(
-    points: FloatArray,
-    hexes: IntArray,
-    *,
-    scalars: FloatArray | None = None,
-    rings: Sequence[IntArray] = (),
-    cylinders: Sequence[Cylinder] = (),
-    label: str = "",
-    colour_map: str = "viridis",
-    limits: tuple[float, float] | None = None,
-) -> object:
+def show_mesh(points: Array, hexes: Index, look: Look | None = None) -> object:
     """Show rods of hexahedra in a window, or in a notebook's output; arguments as for `render_mesh`.
 
     Returns:
@@ -167,62 +187,37 @@ def show_mesh(
         InputError: the arrays do not fit.
         MissingDependency: pyvista or an OpenGL library is absent.
     """
-    surfaces = _surfaces(points, hexes, scalars, rings)
+    look = look or Look()
+    surfaces = look.surfaces(points, hexes)
     prepare(off_screen=False)
     import pyvista as pv
 
     plotter: Any = pv.Plotter()
-    limits = _limits(surfaces) if limits is None else limits
-    mapper = _add_scene(plotter, surfaces, cylinders, colour_map, limits, smooth=bool(rings))
+    mapper = _add_scene(plotter, surfaces, look)
     if mapper is not None:
-        plotter.add_scalar_bar(title=label, mapper=mapper)
+        plotter.add_scalar_bar(title=look.label, mapper=mapper)
     return plotter.show()
 
 
-def _add_scene(
-    plotter: Any,
-    surfaces: Sequence[Surface],
-    cylinders: Sequence[Cylinder],
-    colour_map: str,
-    limits: tuple[float, float] | None,
-    *,
-    smooth: bool,
-) -> Any:
+def _add_scene(plotter: Any, surfaces: Sequence[Surface], look: Look) -> Any:
     """Draw rods and obstacles; returns what colours the first rod by its values, or None without values."""
     mapper, cloud = None, _cloud(surfaces)
-    colouring: dict[str, Any] = {"scalars": "values", "cmap": colour_map, "clim": limits, "show_scalar_bar": False}
+    limits = _limits(surfaces) if look.limits is None else look.limits
+    colouring: dict[str, Any] = {"scalars": "values", "cmap": look.colour_map, "clim": limits, "show_scalar_bar": False}
     for i, surface in enumerate(surfaces):
         kind = {"color": PLAIN[i % len(PLAIN)]} if surface.values is None else colouring
-        actor = plotter.add_mesh(polygons(surface), smooth_shading=smooth, **GLOSS, **kind)
+        actor = plotter.add_mesh(polygons(surface), smooth_shading=bool(look.rings), **GLOSS, **kind)
         if surface.values is not None and mapper is None:
             mapper = actor.mapper
-    for cylinder in cylinders:
+    for cylinder in look.cylinders:
         plotter.add_mesh(
             _cylinder(cylinder, cloud), color="#b9bec4", smooth_shading=True, split_sharp_edges=True, **GLOSS
         )
     return mapper
 
 
-def _cloud(surfaces: Sequence[Surface]) -> FloatArray:
+def _cloud(surfaces: Sequence[Surface]) -> Array:
     return np.concatenate([surface.points for surface in surfaces])
-
-
-def _surfaces(
-    points: FloatArray, hexes: IntArray, scalars: FloatArray | None, rings: Sequence[IntArray]
-) -> list[Surface]:
-    """Surfaces of rods to be drawn; arguments as for `render_mesh`.
-
-    Raises:
-        InputError: the arrays do not fit.
-    """
-    if scalars is not None and len(scalars) == len(hexes) != len(points):
-        scalars = on_nodes(hexes, np.asarray(scalars, dtype=np.float64), len(points))
-    if scalars is not None and np.shape(scalars) != (len(points),):
-        expected = f"{len(points)} on nodes or {len(hexes)} on hexahedra"
-        raise InputError("scalars do not fit the mesh", found=f"shape {np.shape(scalars)}", expected=expected)
-    if rings:
-        return [smooth_tube(points[r], None if scalars is None else scalars[r]) for r in rings]
-    return [boundary(points, hexes, scalars)]
 
 
 def _limits(surfaces: Sequence[Surface]) -> tuple[float, float] | None:
@@ -245,7 +240,7 @@ def polygons(surface: Surface) -> Any:
     return mesh
 
 
-def _cylinder(cylinder: Cylinder, cloud: FloatArray) -> Any:
+def _cylinder(cylinder: Cylinder, cloud: Array) -> Any:
     import pyvista as pv
 
     centre, axis, length = cylinder.extent(cloud)
@@ -290,7 +285,7 @@ def _formats_braces() -> bool:
 class _Frame:
     """A parallel projection that fits the target, with room on the right for a colour bar."""
 
-    def __init__(self, camera: Camera, cloud: FloatArray, size: tuple[int, int] | None, *, bar: bool) -> None:
+    def __init__(self, camera: Camera, cloud: Array, size: tuple[int, int] | None, *, bar: bool) -> None:
         forward = np.asarray(camera.direction, dtype=np.float64)
         self.forward = forward / np.linalg.norm(forward)
         right = np.cross(self.forward, np.asarray(camera.up, dtype=np.float64))
@@ -331,12 +326,6 @@ class _Frame:
 def _save(plotter: Any, out: Path) -> None:
     from PIL import Image
 
-    temporary = out.with_name(f".{out.name}.part")
-    pixels = plotter.screenshot(return_img=True)
-    try:
-        Image.fromarray(pixels).save(temporary, format="PNG")
-        temporary.replace(out)
-    except OSError as error:
-        raise InputError(f"cannot be written ({error.strerror or error})", file=out) from error
-    finally:
-        temporary.unlink(missing_ok=True)
+    picture = BytesIO()
+    Image.fromarray(plotter.screenshot(return_img=True)).save(picture, format="PNG")
+    write_atomically(out, picture.getvalue())

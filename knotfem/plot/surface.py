@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from knotfem.mesh.rod import side_quads
+from knotfem.types import Array, Index
 
 _AROUND = 48
 _FACES = np.array([[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]])
@@ -24,12 +23,12 @@ class Surface:
         values: scalar to colour by, shape (p,), or none.
     """
 
-    points: FloatArray
-    faces: IntArray
-    values: FloatArray | None = None
+    points: Array
+    faces: Index
+    values: Array | None = None
 
 
-def smooth_tube(rings: FloatArray, values: FloatArray | None = None) -> Surface:
+def smooth_tube(rings: Array, values: Array | None = None) -> Surface:
     """Round a rod's facets: a trigonometric curve around through the boundary nodes, a cubic spline along.
 
     A regular polygon becomes its circle. Values are interpolated linearly, so that no colour
@@ -51,9 +50,7 @@ def smooth_tube(rings: FloatArray, values: FloatArray | None = None) -> Surface:
     fine = np.linspace(0, stations - 1, (stations - 1) * along + 1)
     points = CubicSpline(s, np.asarray(resample(rings, around * k, axis=1)))(fine)
     rows, columns = points.shape[:2]
-    index = np.arange(rows * columns).reshape(rows, columns)
-    ahead = np.roll(index, -1, axis=1)
-    side = np.stack([index[:-1], ahead[:-1], ahead[1:], index[1:]], axis=-1).reshape(-1, 4)
+    side = side_quads(np.arange(rows * columns).reshape(rows, columns))
     first, last = (np.vstack([row, row.mean(axis=0)]) for row in (points[0], points[-1]))
     start = rows * columns
     caps = np.concatenate([_fan(columns, start)[:, [1, 0, 2, 2]], _fan(columns, start + columns + 1)])
@@ -70,7 +67,7 @@ def smooth_tube(rings: FloatArray, values: FloatArray | None = None) -> Surface:
     return Surface(surface, np.concatenate([side, caps]), np.concatenate([grid.ravel(), *ends]))
 
 
-def boundary(points: FloatArray, hexes: IntArray, values: FloatArray | None = None) -> Surface:
+def boundary(points: Array, hexes: Index, values: Array | None = None) -> Surface:
     """Faces of hexahedra that no neighbour shares.
 
     Args:
@@ -85,7 +82,7 @@ def boundary(points: FloatArray, hexes: IntArray, values: FloatArray | None = No
     return Surface(points[used], compact.reshape(-1, 4), None if values is None else values[used])
 
 
-def on_nodes(hexes: IntArray, values: FloatArray, nodes: int) -> FloatArray:
+def on_nodes(hexes: Index, values: Array, nodes: int) -> Array:
     """Mean over the hexahedra around each node of values on hexahedra; zero at a node of none.
 
     Args:
@@ -97,6 +94,6 @@ def on_nodes(hexes: IntArray, values: FloatArray, nodes: int) -> FloatArray:
     return total / np.maximum(np.bincount(hexes.ravel(), minlength=nodes), 1)
 
 
-def _fan(columns: int, start: int) -> IntArray:
+def _fan(columns: int, start: int) -> Index:
     edge = start + np.arange(columns)
     return np.column_stack([edge, np.roll(edge, -1), *[np.full(columns, start + columns)] * 2])

@@ -12,7 +12,7 @@ import numpy as np
 from knotfem.errors import InputError
 from knotfem.results.data import open_run
 from knotfem.results.force import ForceCurve, force_curve, onset_of_locking
-from knotfem.results.profiles import CommonState, common_state, knot_length, profiles_apart, relative_l2
+from knotfem.results.profiles import CommonState, Profiles, common_state, knot_length, profiles_apart, relative_l2
 from knotfem.results.run import Run
 from knotfem.run.tables import write_table
 
@@ -60,29 +60,26 @@ class Comparison:
         Raises:
             InputError: one of them cannot be written.
         """
-        from knotfem.plot.plots import plot_comparison
-
-        labels = [curve.label for curve in self.curves]
-        pulled = self.curves if all(c.displacement.size for c in self.curves) else []
-        forces = {c.label: {"displacement_mm": c.displacement, "force_N": c.force} for c in pulled}
-        state = self.state
-        profiles = {} if state is None else dict(zip(labels, state.profiles, strict=True))
-        radius = 0.5 * self.curves[0].run.scene.diameter
-        plot_comparison(
-            forces,
-            profiles,
-            out,
-            radius=radius,
-            locking=self.locking,
-            over_force=state is not None and state.over_force,
-            at=None if state is None or state.displacements is None else state.displacements[0],
-            step=None if state is None else state.step,
-        )
+        self._draw(out)
         table = out.with_suffix(".csv")
         columns = {"figure": [f.name for f in self.figures], "unit": [f.unit for f in self.figures]}
-        columns |= {label: [_text(f.cells[i]) for f in self.figures] for i, label in enumerate(labels)}
+        columns |= {c.label: [_text(f.cells[i]) for f in self.figures] for i, c in enumerate(self.curves)}
         write_table(table, {name: np.array(column) for name, column in columns.items()})
         return table
+
+    def _draw(self, out: Path) -> None:
+        from knotfem.plot.plots import plot_comparison
+
+        pulled = self.curves if all(c.displacement.size for c in self.curves) else []
+        forces = {c.label: {"displacement_mm": c.displacement, "force_N": c.force} for c in pulled}
+        profiles: dict[str, Profiles] = {}
+        told: dict[str, Any] = {}
+        if self.state is not None:
+            at, labels = self.state.displacements, [curve.label for curve in self.curves]
+            profiles = dict(zip(labels, self.state.profiles, strict=True))
+            told = {"over_force": self.state.over_force, "at": at and at[0], "step": self.state.step}
+        radius = 0.5 * self.curves[0].run.scene.diameter
+        plot_comparison(forces, profiles, out, radius=radius, locking=self.locking, **told)
 
 
 def compare(
@@ -105,7 +102,7 @@ def compare(
         raise InputError("nothing to compare", found=f"{len(runs)} run", expected="two or more")
     opened = [run if isinstance(run, Run) else open_run(run) for run in runs]
     curves = [force_curve(run, label) for run, label in zip(opened, _labels(opened), strict=True)]
-    figures, onset = _records(curves), None
+    figures, onset = _records(opened, curves), None
     pulled = all(curve.displacement.size for curve in curves)
     if pulled:
         forces, onset = _forces(curves, locking)
@@ -121,33 +118,46 @@ def compare(
 
 def _forces(curves: Sequence[ForceCurve], locking: float | None) -> tuple[list[Figure], float | None]:
     """Force curves over the displacements that all have, and where the first run begins to lock [mm]."""
-    first, *others = curves
-    low, high = max(c.displacement[0] for c in curves), min(c.displacement[-1] for c in curves)
-    if low >= high:
-        spans = "; ".join(f"{c.label} {c.displacement[0]:.4g} to {c.displacement[-1]:.4g} mm" for c in curves)
-        raise InputError("the runs have no displacement in common", found=spans, expected="pulls that overlap")
+    low, high = _common_displacements(curves)
     if locking is not None and not low < locking < high:
         problem = "the runs have no such displacement in common"
         expected = f"between {low:.4g} and {high:.4g} mm"
         raise InputError(problem, key="--locking", found=f"{locking:g} mm", expected=expected)
+    first, *others = curves
     grid = np.linspace(low, high, POINTS)
-    onset = onset_of_locking(grid, first.at(grid)) if locking is None else locking
+    onsets = [onset_of_locking(grid, curve.at(grid)) for curve in curves]
+    onset = onsets[0] if locking is None else locking
     loose = grid <= (np.inf if onset is None else onset)
-    ends = [float(c.at(high)) for c in curves]
+    ends = [float(curve.at(high)) for curve in curves]
+
+    def difference(name: str, part: np.ndarray) -> Figure:
+        cells = [None, *(relative_l2(curve.at(part), first.at(part)) for curve in others)]
+        return Figure(f"{name}, L2 difference", RELATIVE, cells)
+
     figures = [
         Figure("compared from", "mm", [low] * len(curves)),
         Figure("compared to", "mm", [high] * len(curves)),
         Figure("force there", "N", ends),
-        Figure("force there, difference", RELATIVE, [None, *(_relative(end, ends[0]) for end in ends[1:])]),
-        Figure("begins to lock at", "mm", [onset_of_locking(grid, c.at(grid)) for c in curves]),
-        Figure(
-            "force curve, L2 difference", RELATIVE, [None, *(relative_l2(c.at(grid), first.at(grid)) for c in others)]
-        ),
+        Figure("force there, difference", RELATIVE, _relative(ends)),
+        Figure("begins to lock at", "mm", onsets),
+        difference("force curve", grid),
+        difference("force curve before locking", grid[loose]),
+        difference("force curve after locking", grid[~loose]),
     ]
-    for name, part in (("before", grid[loose]), ("after", grid[~loose])):
-        cells = [None, *(relative_l2(c.at(part), first.at(part)) for c in others)]
-        figures.append(Figure(f"force curve {name} locking, L2 difference", RELATIVE, cells))
     return figures, onset
+
+
+def _common_displacements(curves: Sequence[ForceCurve]) -> tuple[float, float]:
+    """The displacements that all curves have, from and to [mm].
+
+    Raises:
+        InputError: there are none.
+    """
+    low, high = max(c.displacement[0] for c in curves), min(c.displacement[-1] for c in curves)
+    if low >= high:
+        spans = "; ".join(f"{c.label} {c.displacement[0]:.4g} to {c.displacement[-1]:.4g} mm" for c in curves)
+        raise InputError("the runs have no displacement in common", found=spans, expected="pulls that overlap")
+    return low, high
 
 
 def _tensions(curves: Sequence[ForceCurve], state: CommonState) -> list[Figure]:
@@ -164,7 +174,7 @@ def _tensions(curves: Sequence[ForceCurve], state: CommonState) -> list[Figure]:
         Figure("force F there", "N", state.forces),
         Figure(f"tension {unit}, L2 difference", RELATIVE, [None, *(profiles_apart(p, first) for p in others)]),
         Figure("knot length", "mm", sizes),
-        Figure("knot length, difference", RELATIVE, [None, *(_relative(size, sizes[0]) for size in sizes[1:])]),
+        Figure("knot length, difference", RELATIVE, _relative(sizes)),
     ]
 
 
@@ -175,25 +185,33 @@ def _labels(runs: Sequence[Run]) -> list[str]:
     return [name if names.count(name) == 1 else other for name, other in zip(names, long, strict=True)]
 
 
-def _records(curves: Sequence[ForceCurve]) -> list[Figure]:
-    summaries: list[dict[str, Any]] = [curve.run.summary for curve in curves]
-    phases = [summary.get("phases", {}).values() for summary in summaries]
-    knots = [summary.get("knot_after") for summary in summaries]
-    named = [", ".join(k["name"] for k in knot.values()) if isinstance(knot, dict) else knot for knot in knots]
+def _records(runs: Sequence[Run], curves: Sequence[ForceCurve]) -> list[Figure]:
+    """What the runs are, and what they took."""
+    summaries = [run.summary for run in runs]
+
+    def recorded(name: str, key: str) -> Figure:
+        return Figure(name, "", [summary.get(key) for summary in summaries])
+
     return [
-        Figure("model", "", [curve.run.scene.model for curve in curves]),
-        Figure("unknowns", "", [summary.get("dofs") for summary in summaries]),
-        Figure("steps", "", [summary.get("steps") for summary in summaries]),
-        Figure("wall", "s", [sum(phase["wall_s"] for phase in all_of) for all_of in phases]),
-        Figure("CPU", "s", [sum(phase["cpu_s"] for phase in all_of) for all_of in phases]),
-        Figure("knot", "", named),
-        Figure("largest penetration over d", "", [summary.get("max_penetration_over_d") for summary in summaries]),
+        Figure("model", "", [run.scene.model for run in runs]),
+        recorded("unknowns", "dofs"),
+        recorded("steps", "steps"),
+        Figure("wall", "s", [run.cost.wall_s for run in runs]),
+        Figure("CPU", "s", [run.cost.cpu_s for run in runs]),
+        Figure("knot", "", [_knot_name(run.knot) for run in runs]),
+        recorded("largest penetration over d", "max_penetration_over_d"),
         Figure("pulled to", "mm", [float(c.displacement[-1]) if c.displacement.size else None for c in curves]),
     ]
 
 
-def _relative(value: float | None, first: float | None) -> float | None:
-    return value / first - 1.0 if value is not None and first else None
+def _knot_name(knot: str | dict[str, Any] | None) -> str | None:
+    return ", ".join(of_rod["name"] for of_rod in knot.values()) if isinstance(knot, dict) else knot
+
+
+def _relative(values: Sequence[float | None]) -> list[Cell]:
+    """Differences relative to the first value; None for that, and where there is no value or the first is nothing."""
+    first, *others = values
+    return [None, *(value / first - 1.0 if value is not None and first else None for value in others)]
 
 
 def _text(cell: Cell) -> str:

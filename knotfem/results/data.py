@@ -1,102 +1,136 @@
-"""Results of a run on disk and in memory."""
+"""Runs on disk and in memory."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from functools import cache
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
+from knotfem.models.series import Fields
+from knotfem.results.fields import StateFields
+from knotfem.results.profile import StoredStates
 from knotfem.results.run import Run
-from knotfem.results.states import RunState, disk_states, memory_states
+from knotfem.results.states import RunState
 from knotfem.run.checkpoint import RunCheckpoint, read_checkpoint
-from knotfem.run.directory import RunDirectory
+from knotfem.run.directory import TIED, RunDirectory
+from knotfem.run.frames import read_frame, read_mesh, read_times
 from knotfem.run.memory import MemoryStore
+from knotfem.run.provenance import Provenance
 from knotfem.run.tables import read_table
 from knotfem.scene.load import Overrides
 from knotfem.scene.model import Scene
+from knotfem.types import Arrays
 
-Table = Mapping[str, np.ndarray]
 
-
-class DiskData:
-    """Results in a run directory; see `knotfem.results.run.RunData`.
+class DiskRun(Run):
+    """A run directory.
 
     Args:
         directory: of the run.
     """
 
     def __init__(self, directory: RunDirectory) -> None:
-        self.directory = directory
+        self.name, self.path = directory.path.resolve().name, directory.path
+        self._directory = directory
+        self._tables: dict[str, Arrays] = {}
 
     @property
     def scene(self) -> Scene:
-        """The resolved scene."""
-        return self.directory.scene
+        return self._directory.scene
+
+    def table(self, name: str) -> Arrays:
+        if name not in self._tables:
+            file = self._directory.path / f"{name}.csv"
+            self._tables[name] = read_table(file) if file.exists() else {}
+        return self._tables[name]
 
     @property
-    def path(self) -> Path:
-        """The run directory."""
-        return self.directory.path
-
-    def table(self, name: str) -> Table:
-        """The table NAME.csv."""
-        path = self.path / f"{name}.csv"
-        return read_table(path) if path.exists() else {}
-
     def summary(self) -> dict[str, Any]:
-        """The file summary.json."""
-        return self.directory.read_summary() if (self.path / "summary.json").exists() else {}
+        return self._directory.read_summary() if (self._directory.path / "summary.json").exists() else {}
 
-    def states(self) -> Sequence[RunState]:
-        """States of results.vtkhdf."""
-        return disk_states(self.directory)
+    def _read_states(self) -> list[RunState]:
+        file = self._directory.path / "results.vtkhdf"
+        if not file.exists():
+            return []
+        stored = StoredStates.of(self.path, self.table("tension"))
+        known = dict(zip(stored.times.tolist(), stored.displacements.tolist(), strict=True))
 
-    def checkpoint(self, name: str) -> RunCheckpoint | None:
-        """What a checkpoint holds."""
-        store = self.directory.checkpoints
-        path = store.named(name) if name else None
-        found = read_checkpoint(path) if path is not None else None if name else store.latest()
-        return None if found is None else RunCheckpoint.of(found)
+        def reader(step: int) -> Callable[[], StateFields]:
+            def read() -> StateFields:
+                frame, (reference, cells) = read_frame(file, step), read_mesh(file)
+                return StateFields(frame.points, reference, cells, frame.point_data, frame.cell_data)
+
+            return read
+
+        times = read_times(file).tolist()
+        return [RunState(self.scene, time, known.get(time, float("nan")), reader(i)) for i, time in enumerate(times)]
+
+    @property
+    def additions(self) -> Mapping[str, Sequence[str]]:
+        return Provenance(self._directory.path).additions or {}
+
+    def tied(self) -> RunCheckpoint | None:
+        file = self._directory.checkpoints.named(TIED)
+        return None if file is None else RunCheckpoint.of(read_checkpoint(file))
 
 
-class MemoryData:
-    """Results in memory; see `knotfem.results.run.RunData`.
+class MemoryRun(Run):
+    """A run in memory.
 
     Args:
         scene: that was run.
         store: of the recorder.
         summary: figures of the run.
-        checkpoints: by name, the last as "".
+        additions: names of what the user added to the scene as objects.
+        tied: the tied knot, or None.
     """
 
-    path = None
+    path: Path | None = None
 
     def __init__(
-        self, scene: Scene, store: MemoryStore, summary: dict[str, Any], checkpoints: Mapping[str, RunCheckpoint]
+        self,
+        scene: Scene,
+        store: MemoryStore,
+        summary: dict[str, Any],
+        additions: Mapping[str, Sequence[str]],
+        tied: RunCheckpoint | None,
     ) -> None:
-        self.scene, self.store = scene, store
-        self._summary, self._checkpoints = summary, checkpoints
-        self.table = cache(self._table)
+        self.name = scene.name
+        self._scene, self._summary, self._additions, self._tied = scene, summary, additions, tied
+        self._tables = {name: table.arrays() for name, table in store.tables.items()}
+        self._series = store.states
 
-    def _table(self, name: str) -> Table:
-        """Columns of a table."""
-        table = self.store.tables.get(name)
-        return {} if table is None else table.arrays()
+    @property
+    def scene(self) -> Scene:
+        return self._scene
 
+    def table(self, name: str) -> Arrays:
+        return self._tables.get(name, {})
+
+    @property
     def summary(self) -> dict[str, Any]:
-        """Figures of the run."""
         return self._summary
 
-    def states(self) -> Sequence[RunState]:
-        """States whose fields are kept."""
-        return memory_states(self.scene, self.store)
+    def _read_states(self) -> list[RunState]:
+        if self._series is None:
+            return []
+        mesh = self._series.mesh
 
-    def checkpoint(self, name: str) -> RunCheckpoint | None:
-        """State of the run."""
-        return self._checkpoints.get(name)
+        def reader(fields: Fields) -> Callable[[], StateFields]:
+            def read() -> StateFields:
+                data = {**mesh.point_data, **fields.point_data}
+                return StateFields(fields.points, mesh.reference, mesh.cells, data, fields.cell_data)
+
+            return read
+
+        return [RunState(self.scene, s.time, s.displacement, reader(s.fields)) for s in self._series.states]
+
+    @property
+    def additions(self) -> Mapping[str, Sequence[str]]:
+        return self._additions
+
+    def tied(self) -> RunCheckpoint | None:
+        return self._tied
 
 
 def open_run(path: str | Path, overrides: Overrides = ()) -> Run:
@@ -112,4 +146,4 @@ def open_run(path: str | Path, overrides: Overrides = ()) -> Run:
     directory = RunDirectory.open(path)
     if overrides:
         directory.override(overrides)
-    return Run(DiskData(directory), directory.path.resolve().name)
+    return DiskRun(directory)

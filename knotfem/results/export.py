@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from knotfem.errors import InputError
 from knotfem.mesh.deck import Solid, Springs, carried, deck, rigid_motion
 from knotfem.mesh.export import Block, ExportMesh, rod_blocks, rod_sets, write_mesh
 from knotfem.mesh.rod import RodMesh
-from knotfem.models.solid.body import mesh_of
+from knotfem.models.solid.body import meshes_of
 from knotfem.results.fields import StateFields
 from knotfem.results.run import Run
 from knotfem.results.states import RunState
@@ -20,6 +21,8 @@ from knotfem.scene.rods import Rod
 
 AXIAL = ("tension", "curvature", "twist", "arclength", "rod")
 """Fields of the rod model that are the same all around a section; of others the largest value is taken."""
+Meshes = Sequence[tuple[RodMesh, int]]
+"""See `meshes_of`."""
 
 
 def export(
@@ -32,7 +35,7 @@ def export(
     rods each name begins with that of its rod. Fields are those of the time series and `displacement`; see
     `knotfem.mesh.export.write_mesh` for what each format takes.
 
-    A `.inp` file of hexahedra is a deck of static steps: with `reference` the straight rod, laid so that its start is
+    A `.inp` file of hexahedra is a deck of static steps: with `reference` the straight rod, placed so that its start is
     where it is in the state, and its end is carried from there to where that is; without it the deformed mesh, free of
     stress, with its ends held.
 
@@ -53,39 +56,40 @@ def export(
     if scene.model == "rod":
         made = _lines(fields, scene, reference)
     else:
-        made = _hexahedra(fields, scene, reference)
+        meshes = meshes_of(scene)
+        made = _hexahedra(fields, scene, meshes, reference)
         if Path(path).suffix.lower() == ".inp":
-            made = _with_deck(made, fields, scene, reference)
+            made = _with_deck(made, fields, scene, meshes, reference)
     write_mesh(made, path)
     return state
 
 
-def _hexahedra(fields: StateFields, scene: Scene, reference: bool) -> ExportMesh:
+def _hexahedra(fields: StateFields, scene: Scene, meshes: Meshes, reference: bool) -> ExportMesh:
+    nodes = sum(len(mesh.nodes) for mesh, _ in meshes)
+    if nodes != len(fields.points):
+        problem, found = "the stored mesh is not that of the scene", f"{len(fields.points)} points"
+        raise InputError(problem, found=found, expected=f"{nodes} points")
     blocks: list[Block] = []
     sets: dict[str, np.ndarray] = {}
     displacement = fields.points - fields.reference
-    first = cell = 0
-    for rod in scene.rods:
-        mesh, prefix = mesh_of(rod), _prefix(rod, scene)
+    cell = 0
+    for rod, (mesh, first) in zip(scene.rods, meshes, strict=True):
+        prefix = _prefix(rod, scene)
         own = {name: values[cell : cell + len(mesh.hexes)] for name, values in fields.cell_data.items()}
         blocks += _with_fields(mesh, rod_blocks(mesh, first, prefix=prefix), own, rod.core is not None)
         sets |= rod_sets(mesh, first, prefix=prefix)
-        first, cell = first + len(mesh.nodes), cell + len(mesh.hexes)
-    if first != len(fields.points):
-        raise InputError(
-            "the stored mesh is not that of the scene", found=f"{len(fields.points)} points", expected=f"{first} points"
-        )
+        cell += len(mesh.hexes)
     points = fields.reference if reference else fields.points
     return ExportMesh(points, blocks, {**fields.point_data, "displacement": displacement}, sets)
 
 
-def _with_deck(made: ExportMesh, fields: StateFields, scene: Scene, reference: bool) -> ExportMesh:
-    """With the cards of a deck; straight rods are laid to where they start."""
+def _with_deck(made: ExportMesh, fields: StateFields, scene: Scene, meshes: Meshes, reference: bool) -> ExportMesh:
+    """With the cards of a deck; straight rods are placed where they start."""
     materials: list[Solid | Springs] = []
     held: list[str] = []
-    points, paths, first = made.points.copy(), [], 0
-    for rod in scene.rods:
-        mesh, prefix = mesh_of(rod), _prefix(rod, scene)
+    points, paths = made.points.copy(), []
+    for rod, (mesh, first) in zip(scene.rods, meshes, strict=True):
+        prefix = _prefix(rod, scene)
         materials += _materials(rod, mesh, prefix)
         held += [f"{prefix}start"] if reference else [f"{prefix}start", f"{prefix}end"]
         if reference:
@@ -94,7 +98,6 @@ def _with_deck(made: ExportMesh, fields: StateFields, scene: Scene, reference: b
             rotation, before, after = rigid_motion(points[start], fields.points[start])
             points[own] = after + (points[own] - before) @ rotation.T
             paths.append((end, carried(points[end], fields.points[end])))
-        first += len(mesh.nodes)
     stages: list[dict[int, np.ndarray]] = [{} for _ in range(max((len(path) for _, path in paths), default=0))]
     for end, path in paths:
         for number, stage in enumerate(stages):

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from knotfem.errors import InputError, MissingDependency
-from knotfem.scene.model import Scene
+from knotfem.results.base import RunData
 from knotfem.scene.steps import Pull
 
 if TYPE_CHECKING:
@@ -18,31 +16,6 @@ if TYPE_CHECKING:
 
 LOCKING_SLOPE = 4.0
 """A knot begins to lock where the force rises this many times faster than it does in the middle of its first half."""
-
-
-class HasForces(Protocol):
-    """A run with a table of forces."""
-
-    name: str
-
-    @property
-    def path(self) -> Path | None:
-        """The run directory, or None in memory."""
-        ...
-
-    @property
-    def scene(self) -> Scene:
-        """The resolved scene."""
-        ...
-
-    @property
-    def summary(self) -> dict[str, Any]:
-        """Figures of the whole run."""
-        ...
-
-    def table(self, name: str) -> Mapping[str, np.ndarray]:
-        """Columns by name."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +32,7 @@ class ForceCurve:
     """
 
     label: str
-    run: HasForces
+    run: RunData
     steps: dict[str, tuple[np.ndarray, np.ndarray]]
     displacement: np.ndarray
     force: np.ndarray
@@ -92,7 +65,7 @@ class ForceCurve:
         return pd.DataFrame({"displacement_mm": self.displacement, "force_N": self.force})
 
 
-def force_curve(run: HasForces, label: str | None = None) -> ForceCurve:
+def force_curve(run: RunData, label: str | None = None) -> ForceCurve:
     """Forces of a run, and against the displacement of all its pulls, one behind the other.
 
     Args:

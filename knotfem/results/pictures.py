@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from knotfem.errors import InputError
-from knotfem.models.solid.body import mesh_of
-from knotfem.plot.render import Cylinder, render_mesh, show_mesh
+from knotfem.models.solid.body import meshes_of
+from knotfem.plot.render import Cylinder, Look, render_mesh, show_mesh
 from knotfem.results.fields import StateFields
 from knotfem.run.colours import COLOURS, DIVERGING
 from knotfem.scene.model import Scene
@@ -28,7 +27,7 @@ def draw(fields: StateFields, scene: Scene, out: Path, colour: str = "strain") -
         InputError: no such colour, or no such field in the state.
         MissingDependency: pyvista or an OpenGL library is absent.
     """
-    render_mesh(fields.points, fields.cells, out, **_look(fields, scene, colour))
+    render_mesh(fields.points, fields.cells, out, _look(fields, scene, colour))
 
 
 def show(fields: StateFields, scene: Scene, colour: str = "strain") -> object:
@@ -46,20 +45,20 @@ def show(fields: StateFields, scene: Scene, colour: str = "strain") -> object:
         InputError: see `draw`.
         MissingDependency: see `draw`.
     """
-    return show_mesh(fields.points, fields.cells, **_look(fields, scene, colour))
+    return show_mesh(fields.points, fields.cells, _look(fields, scene, colour))
 
 
-def _look(fields: StateFields, scene: Scene, colour: str) -> dict[str, Any]:
-    """How the rods and obstacles of a state are drawn: options of `render_mesh` and `show_mesh`."""
+def _look(fields: StateFields, scene: Scene, colour: str) -> Look:
+    """How the rods and obstacles of a state are drawn."""
     scalars, label, colours = _scalars(fields, colour)
-    return {
-        "scalars": scalars,
-        "rings": _rings(scene, len(fields.points)),
-        "cylinders": [Cylinder(o.point, o.axis, 0.5 * o.diameter) for o in scene.obstacles],
-        "label": label,
-        "colour_map": colours,
-        "limits": _symmetric(scalars) if colours == DIVERGING else None,
-    }
+    return Look(
+        scalars,
+        _rings(scene, len(fields.points)),
+        [Cylinder(o.point, o.axis, 0.5 * o.diameter) for o in scene.obstacles],
+        label,
+        colours,
+        _symmetric(scalars) if colours == DIVERGING else None,
+    )
 
 
 def _scalars(fields: StateFields, colour: str) -> tuple[np.ndarray | None, str, str]:
@@ -85,9 +84,4 @@ def _rings(scene: Scene, points: int) -> list[np.ndarray]:
         sections = [rod.slices + 1 for rod in scene.rods]
         grid = np.arange(points).reshape(sum(sections), -1)
         return np.split(grid, np.cumsum(sections)[:-1])
-    rings, first = [], 0
-    for rod in scene.rods:
-        mesh = mesh_of(rod)
-        rings.append(mesh.ring_nodes + first)
-        first += len(mesh.nodes)
-    return rings
+    return [mesh.ring_nodes + first for mesh, first in meshes_of(scene)]

@@ -2,33 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from knotfem.errors import InputError
+from knotfem.results.base import RunData
+from knotfem.types import Arrays
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 NEEDED = ("time_s", "displacement_mm", "s_over_L", "tension_N")
 """Columns without which tension.csv says nothing."""
-
-
-class HasTables(Protocol):
-    """A run with tables."""
-
-    @property
-    def path(self) -> Path | None:
-        """The run directory, or None in memory."""
-        ...
-
-    def table(self, name: str) -> Mapping[str, np.ndarray]:
-        """Columns by name."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,9 +80,17 @@ class StoredStates:
     """
 
     path: Path | None
-    table: dict[str, np.ndarray]
+    table: Arrays
     times: np.ndarray
     displacements: np.ndarray
+
+    @classmethod
+    def of(cls, path: Path | None, table: Arrays) -> StoredStates:
+        """Those of a table with times and displacements; none of an empty one."""
+        if "time_s" not in table:
+            return cls(path, table, np.zeros(0), np.zeros(0))
+        times, first = np.unique(table["time_s"], return_index=True)
+        return cls(path, table, times, table["displacement_mm"][first])
 
     def nearest(self, at: float | None) -> tuple[float, float]:
         """Time and displacement of the state nearest to a displacement, or of the last.
@@ -119,21 +115,24 @@ class StoredStates:
     def profile(self, at: float | None) -> TensionProfile:
         """Tension profile of the state nearest to a displacement [mm], or of the last."""
         time, displacement = self.nearest(at)
+        return TensionProfile(self.at_time(time), time, displacement)
+
+    def at_time(self, time: float) -> dict[str, np.ndarray]:
+        """Rows of the state that is stored at a time [s]."""
         rows = self.table["time_s"] == time
-        return TensionProfile({name: values[rows] for name, values in self.table.items()}, time, displacement)
+        return {name: values[rows] for name, values in self.table.items()}
 
 
-def stored_states(run: HasTables) -> StoredStates:
+def stored_states(run: RunData) -> StoredStates:
     """The states of a run whose profiles are stored.
 
     Raises:
         InputError: there are none.
     """
-    table = dict(run.table("tension"))
+    table = run.table("tension")
     if not table or not table["time_s"].size:
         raise InputError("no tension is stored yet", file=run.path, expected="a run that knotfem pull has brought on")
     for column in NEEDED:
         if column not in table:
             raise InputError("no such column", file=run.path, key=column, found=",".join(table))
-    times, first = np.unique(table["time_s"], return_index=True)
-    return StoredStates(run.path, table, times, table["displacement_mm"][first])
+    return StoredStates.of(run.path, table)

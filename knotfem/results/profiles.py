@@ -12,7 +12,8 @@ import numpy as np
 from knotfem.errors import InputError
 from knotfem.geometry.clearance import close_strands
 from knotfem.results.force import ForceCurve
-from knotfem.results.profile import stored_states
+from knotfem.results.profile import StoredStates, stored_states
+from knotfem.types import Arrays
 
 Profiles = dict[str, dict[str, np.ndarray]]
 """Columns s_over_L, tension, x_mm, y_mm, z_mm by rod."""
@@ -56,28 +57,26 @@ def common_state(curves: Sequence[ForceCurve], at: float | None, step: str | Non
     """
     if at is not None and step is not None:
         raise InputError("two states are asked for", key="--at, --step", expected="one of them")
-    tables = [_table(curve) for curve in curves]
+    states = [_stored(curve) for curve in curves]
     if at is not None:
-        return _at_displacement(curves, tables, at)
+        return _at_displacement(curves, states, at)
     if step is not None:
-        return _in_step(curves, tables, step)
+        return _in_step(curves, states, step)
     for name in reversed(curves[0].steps):
         with suppress(InputError):
-            return _in_step(curves, tables, name)
+            return _in_step(curves, states, name)
     return None
 
 
-Table = dict[str, np.ndarray]
-
-
-def _table(curve: ForceCurve) -> Table:
+def _stored(curve: ForceCurve) -> StoredStates:
+    """Stored states of a run; none where it has no table that says something."""
     try:
-        return stored_states(curve.run).table
+        return stored_states(curve.run)
     except InputError:
-        return {"time_s": np.zeros(0), "displacement_mm": np.zeros(0)}
+        return StoredStates.of(curve.run.path, {})
 
 
-def _in_step(curves: Sequence[ForceCurve], tables: Sequence[Table], name: str) -> CommonState:
+def _in_step(curves: Sequence[ForceCurve], states: Sequence[StoredStates], name: str) -> CommonState:
     for curve in curves:
         if name not in curve.steps:
             known = ", ".join(curve.steps)
@@ -85,35 +84,34 @@ def _in_step(curves: Sequence[ForceCurve], tables: Sequence[Table], name: str) -
                 "no such step is stored", file=curve.run.path, key="--step", found=f'"{name}"', expected=known
             )
     if not all(name in curve.spans for curve in curves):
-        return _at_end(curves, tables, name)
-    stored = [list(_pulled(table, [curve.spans[name]])) for curve, table in zip(curves, tables, strict=True)]
-    for curve, places in zip(curves, stored, strict=True):
-        if not places:
+        return _at_end(curves, states, name)
+    places = [list(_pulled(stored, [curve.spans[name]])) for curve, stored in zip(curves, states, strict=True)]
+    for curve, found in zip(curves, places, strict=True):
+        if not found:
             raise _nothing_in(curve, name)
-    high = min(places[-1] for places in stored) * (1.0 + 1e-9)
-    return _at_displacement(curves, tables, max((d for d in stored[0] if d <= high), default=high))
+    high = min(found[-1] for found in places) * (1.0 + 1e-9)
+    return _at_displacement(curves, states, max((d for d in places[0] if d <= high), default=high))
 
 
 def _nothing_in(curve: ForceCurve, name: str) -> InputError:
     return InputError("no tension is stored in this step", file=curve.run.path, key="--step", found=f'"{name}"')
 
 
-def _pulled(table: Table, spans: Iterable[tuple[float, float, float]]) -> dict[float, float]:
+def _pulled(stored: StoredStates, spans: Iterable[tuple[float, float, float]]) -> dict[float, float]:
     """Time [s] of each state stored in pulls, by the displacement over all pulls [mm], ascending."""
-    times, first = np.unique(table["time_s"], return_index=True)
     found: dict[float, float] = {}
-    for time, displacement in zip(times, table["displacement_mm"][first], strict=True):
+    for time, displacement in zip(stored.times, stored.displacements, strict=True):
         for start, end, gone in spans:
             if start < time <= end * (1.0 + 1e-12) and displacement > 0.0:
                 found[gone + float(displacement)] = float(time)
     return dict(sorted(found.items()))
 
 
-def _at_displacement(curves: Sequence[ForceCurve], tables: Sequence[Table], wanted: float) -> CommonState:
+def _at_displacement(curves: Sequence[ForceCurve], states: Sequence[StoredStates], wanted: float) -> CommonState:
     displacements, times = [], []
-    for curve, table in zip(curves, tables, strict=True):
-        stored = _pulled(table, curve.spans.values())
-        places = np.array(list(stored))
+    for curve, stored in zip(curves, states, strict=True):
+        times_at = _pulled(stored, curve.spans.values())
+        places = np.array(list(times_at))
         nearest = float(places[np.argmin(np.abs(places - wanted))]) if places.size else np.inf
         spacing = max((b - a for a, b in pairwise(places)), default=0.0)
         if abs(nearest - wanted) > max(0.5 * spacing, 1e-6 * max(1.0, abs(wanted))):
@@ -121,26 +119,26 @@ def _at_displacement(curves: Sequence[ForceCurve], tables: Sequence[Table], want
             problem = "no tension is stored near this displacement"
             raise InputError(problem, file=curve.run.path, key="--at", found=f"{wanted:g} mm", expected=expected)
         displacements.append(nearest)
-        times.append(stored[nearest])
+        times.append(times_at[nearest])
     forces = [float(curve.at(d)) for curve, d in zip(curves, displacements, strict=True)]
-    return _state(curves, tables, times, forces, displacements=displacements)
+    return _state(curves, states, times, forces, displacements=displacements)
 
 
-def _at_end(curves: Sequence[ForceCurve], tables: Sequence[Table], name: str) -> CommonState:
+def _at_end(curves: Sequence[ForceCurve], states: Sequence[StoredStates], name: str) -> CommonState:
     times, forces = [], []
-    for curve, table in zip(curves, tables, strict=True):
+    for curve, stored in zip(curves, states, strict=True):
         taken, force = curve.steps[name]
-        inside = (table["time_s"] >= taken[0] * (1.0 - 1e-12)) & (table["time_s"] <= taken[-1] * (1.0 + 1e-12))
+        inside = (stored.times >= taken[0] * (1.0 - 1e-12)) & (stored.times <= taken[-1] * (1.0 + 1e-12))
         if not inside.any():
             raise _nothing_in(curve, name)
-        times.append(float(table["time_s"][inside].max()))
+        times.append(float(stored.times[inside].max()))
         forces.append(float(np.interp(times[-1], taken, force)))
-    return _state(curves, tables, times, forces, step=name)
+    return _state(curves, states, times, forces, step=name)
 
 
 def _state(
     curves: Sequence[ForceCurve],
-    tables: Sequence[Table],
+    states: Sequence[StoredStates],
     times: Sequence[float],
     forces: list[float],
     *,
@@ -149,20 +147,21 @@ def _state(
 ) -> CommonState:
     loaded = all(force != 0.0 for force in forces)
     scales = forces if loaded else [1.0] * len(forces)
-    profiles = [_profile(*one) for one in zip(curves, tables, times, scales, strict=True)]
+    parts = zip(curves, states, times, scales, strict=True)
+    profiles = [_profile(curve, stored.at_time(time), scale) for curve, stored, time, scale in parts]
     return CommonState(step, displacements, forces, profiles, loaded)
 
 
-def _profile(curve: ForceCurve, table: Table, time: float, scale: float) -> Profiles:
-    rows = table["time_s"] == time
-    names = table.get("rod", np.full(rows.shape, curve.run.scene.rods[0].name))
+def _profile(curve: ForceCurve, table: Arrays, scale: float) -> Profiles:
+    """Profiles by rod of one state's rows."""
+    names = table.get("rod", np.full(table["time_s"].shape, curve.run.scene.rods[0].name))
     return {
         str(name): {
-            "s_over_L": table["s_over_L"][rows & (names == name)],
-            "tension": table["tension_N"][rows & (names == name)] / scale,
-            **{axis: table[axis][rows & (names == name)] for axis in ("x_mm", "y_mm", "z_mm") if axis in table},
+            "s_over_L": table["s_over_L"][names == name],
+            "tension": table["tension_N"][names == name] / scale,
+            **{axis: table[axis][names == name] for axis in ("x_mm", "y_mm", "z_mm") if axis in table},
         }
-        for name in dict.fromkeys(names[rows].tolist())
+        for name in dict.fromkeys(names.tolist())
     }
 
 

@@ -2,89 +2,49 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from knotfem.errors import InputError
+from knotfem.results.base import RunData
 from knotfem.results.force import ForceCurve, force_curve
 from knotfem.results.profile import StoredStates, TensionProfile, stored_states
 from knotfem.results.states import RunState
 from knotfem.run.checkpoint import RunCheckpoint
-from knotfem.scene.model import Scene
+from knotfem.types import Arrays
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Table = Mapping[str, np.ndarray]
 
-
-class RunData(Protocol):
-    """Where the results of a run are kept."""
+class Run(RunData):
+    """A run and what can be asked of it."""
 
     @property
-    def scene(self) -> Scene:
-        """The resolved scene."""
-        ...
+    @abstractmethod
+    def additions(self) -> Mapping[str, Sequence[str]]:
+        """Names of what the user added to the scene as objects, by the argument that they are passed as."""
 
-    @property
-    def path(self) -> Path | None:
-        """The run directory, or None in memory."""
-        ...
+    @abstractmethod
+    def tied(self) -> RunCheckpoint | None:
+        """The tied knot, from which other steps can be taken; None where it is not tied.
 
-    def table(self, name: str) -> Table:
-        """Columns of a table by its name ("force", "tension", "contacts", "twist", "tie"); empty if there is none."""
-        ...
+        Raises:
+            InputError: its checkpoint is damaged or of an older version.
+        """
 
-    def summary(self) -> dict[str, Any]:
-        """Figures of the whole run."""
-        ...
-
-    def states(self) -> Sequence[RunState]:
-        """Stored states."""
-        ...
-
-    def checkpoint(self, name: str) -> RunCheckpoint | None:
-        """The last checkpoint, for "", or that of a name such as "tied"; None where there is none."""
-        ...
-
-
-class Run:
-    """A run.
-
-    Args:
-        data: where its results are kept.
-        name: for legends.
-    """
-
-    def __init__(self, data: RunData, name: str) -> None:
-        self.data, self.name = data, name
+    @abstractmethod
+    def _read_states(self) -> list[RunState]:
+        """See `states`."""
 
     def __repr__(self) -> str:
         where = "in memory" if self.path is None else str(self.path)
         return f"<knotfem run {self.name!r}, {where}>"
-
-    @property
-    def path(self) -> Path | None:
-        """The run directory, or None in memory."""
-        return self.data.path
-
-    @property
-    def scene(self) -> Scene:
-        """The resolved scene."""
-        return self.data.scene
-
-    def table(self, name: str) -> Table:
-        """Columns by name, each of shape [rows], units in the names.
-
-        Args:
-            name: "force", "tension", "contacts", "twist" or "tie".
-        """
-        return self.data.table(name)
 
     @cached_property
     def force(self) -> ForceCurve:
@@ -115,7 +75,7 @@ class Run:
         """
         return self.stored.profile(_length(at))
 
-    def contacts(self, at: float | str | None = None) -> Table:
+    def contacts(self, at: float | str | None = None) -> Arrays:
         """Samples in contact in a stored state: columns of contacts.csv.
 
         Args:
@@ -126,10 +86,10 @@ class Run:
         rows = table["time_s"] == time if table else np.zeros(0, dtype=bool)
         return {name: values[rows] for name, values in table.items()}
 
-    @property
-    def states(self) -> Sequence[RunState]:
-        """Stored states with their fields, oldest first."""
-        return self.data.states()
+    @cached_property
+    def states(self) -> list[RunState]:
+        """Stored states, oldest first, as they were when first asked for; their fields are read as they are needed."""
+        return self._read_states()
 
     def state(self, at: float | str | None = None) -> RunState:
         """The stored state with fields nearest to a displacement.
@@ -146,11 +106,6 @@ class Run:
             return self.states[-1]
         time, _ = self.stored.nearest(_length(at))
         return min(self.states, key=lambda state: abs(state.time - time))
-
-    @property
-    def summary(self) -> dict[str, Any]:
-        """Figures of the whole run, as in summary.json."""
-        return self.data.summary()
 
     @property
     def cost(self) -> Cost:
@@ -198,6 +153,11 @@ class Cost:
     peak_memory_mb: float
 
     @property
+    def wall_s(self) -> float:
+        """Wall time of all phases [s]."""
+        return sum(phase.wall_s for phase in self.phases.values())
+
+    @property
     def cpu_s(self) -> float:
         """CPU seconds of all phases."""
         return sum(phase.cpu_s for phase in self.phases.values())
@@ -221,7 +181,7 @@ class EnergyCurve:
         table: columns of force.csv.
     """
 
-    table: Table
+    table: Arrays
 
     @property
     def names(self) -> list[str]:

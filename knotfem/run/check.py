@@ -14,7 +14,7 @@ from knotfem.scene.load import Overrides, load_scene
 from knotfem.scene.model import Scene
 from knotfem.scene.steps import Loaded
 from knotfem.solver.term import Term
-from knotfem.sparse.linear import available
+from knotfem.sparse.linear import solver_name
 
 UNUSED = {
     "fem": ("contact.line_stiffness_over_hertz", "tie.source", "tie.source_state"),
@@ -37,7 +37,7 @@ def check(source: Scene | str | Path, overrides: Overrides = ()) -> dict[str, An
         InputError: a scene or a source that is wrong, or a centreline along which no rod can lie.
     """
     scene = load_scene(source, overrides)
-    model = build_model(scene, source=source_rods(scene) if scene.tie.source is not None else None)
+    model = build_model(scene, source=source_rods(scene))
     unknowns = model.dofs
     return {
         "effects": model.describe(),
@@ -48,7 +48,7 @@ def check(source: Scene | str | Path, overrides: Overrides = ()) -> dict[str, An
         "segments": model.segments,
         "mapping": f"{_mapped(model)} alone; tying has no contact",
         "system": _symmetry(model.terms, scene),
-        "linear_solver": available()[0] if scene.solver.linear == "auto" else scene.solver.linear,
+        "linear_solver": solver_name(scene.solver.linear),
         "expected_memory_mb": round(expected_memory_mb(scene, unknowns)),
         "expected_minutes": float(f"{expected_seconds(scene, unknowns) / 60.0:.2g}"),
         "warnings": model.warnings,

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from knotfem.errors import InputError
-from knotfem.run.files import cannot_write, write_atomically
+from knotfem.errors import InputError, cannot_read, cannot_write
+from knotfem.files import write_atomically
 
 _TREE = "tree"
 _ARRAY, _TUPLE = "$array", "$tuple"
@@ -106,7 +106,7 @@ class CheckpointStore:
         try:
             content = path.read_bytes()
         except OSError as error:
-            raise InputError(f"cannot be read ({error.strerror})", file=path) from None
+            raise cannot_read(path, error) from None
         return self._add(content, _name(path))
 
     def latest(self) -> Checkpoint | None:
@@ -178,20 +178,23 @@ def _to_tree(value: Any, arrays: list[np.ndarray]) -> Any:
         if not all(isinstance(key, str) and not key.startswith("$") for key in value):
             raise TypeError("a checkpoint takes dictionaries with text keys")
         return {key: _to_tree(item, arrays) for key, item in value.items()}
-    if isinstance(value, tuple):
-        return {_TUPLE: [_to_tree(item, arrays) for item in value]}
-    if isinstance(value, list):
-        return [_to_tree(item, arrays) for item in value]
+    if isinstance(value, tuple | list):
+        items = [_to_tree(item, arrays) for item in value]
+        return {_TUPLE: items} if isinstance(value, tuple) else items
     if isinstance(value, np.ndarray | np.generic):
-        array = np.asarray(value)
-        if array.dtype.kind not in "biufc":
-            raise TypeError(f"a checkpoint takes no arrays of {array.dtype}")
-        arrays.append(np.ascontiguousarray(array) if array.ndim else array)
-        order = "F" if array.flags.f_contiguous and not array.flags.c_contiguous else "C"
-        return {_ARRAY: len(arrays) - 1, "order": order, "scalar": isinstance(value, np.generic)}
+        return _array_to_tree(value, arrays)
     if value is None or isinstance(value, bool | int | float | str):
         return value
     raise TypeError(f"a checkpoint takes no {type(value).__name__}")
+
+
+def _array_to_tree(value: np.ndarray | np.generic, arrays: list[np.ndarray]) -> dict[str, Any]:
+    array = np.asarray(value)
+    if array.dtype.kind not in "biufc":
+        raise TypeError(f"a checkpoint takes no arrays of {array.dtype}")
+    arrays.append(np.ascontiguousarray(array) if array.ndim else array)
+    order = "F" if array.flags.f_contiguous and not array.flags.c_contiguous else "C"
+    return {_ARRAY: len(arrays) - 1, "order": order, "scalar": isinstance(value, np.generic)}
 
 
 def _decode(tree: Any, arrays: Mapping[str, np.ndarray]) -> Any:

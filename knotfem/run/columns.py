@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import numpy as np
+
+Value = float | int | str | np.generic
+"""A cell of a table."""
 TIE_COLUMNS = ("mapping_time", "max_stretch", "min_stretch", "newton_iterations", "wall_s")
 FORCE_COLUMNS = (
     "time_s", "displacement_mm", "force_N", "newton_iterations", "contacts", "max_penetration_mm",

@@ -6,24 +6,15 @@ import os
 import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from datetime import UTC, datetime
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
-from knotfem.errors import InputError
+from knotfem.errors import InputError, cannot_write
+from knotfem.files import PART_SUFFIX, read_json, write_atomically, write_json
 from knotfem.run.checkpoint import CheckpointStore
 from knotfem.run.colours import COLOURS
-from knotfem.run.files import (
-    PART_SUFFIX,
-    append,
-    cannot_write,
-    json_line,
-    read_json,
-    whole_lines,
-    write_atomically,
-    write_json,
-)
+from knotfem.run.provenance import timestamp
 from knotfem.scene.load import Overrides, load_scene
 from knotfem.scene.model import Scene
 from knotfem.scene.write import scene_to_toml
@@ -122,11 +113,7 @@ class RunDirectory:
         Raises:
             InputError: this run is not tied, the scene would tie another knot, or as `create`.
         """
-        tied = self.checkpoints.named(TIED)
-        if tied is None:
-            raise InputError(
-                "not tied yet", file=self.path, expected="a run that knotfem tie or pull has brought that far"
-            )
+        tied = self.tied_checkpoint()
         self.check_branch(self.scene, scene, self.path)
         run = RunDirectory.create(scene, path, force=force)
         for name in _SERIES:
@@ -175,6 +162,18 @@ class RunDirectory:
         """Whether the knot is tied, so that steps can follow."""
         return self.checkpoints.named(TIED) is not None
 
+    def tied_checkpoint(self) -> Path:
+        """The file of the tied knot.
+
+        Raises:
+            InputError: the knot is not tied yet.
+        """
+        path = self.checkpoints.named(TIED)
+        if path is None:
+            expected = "a run that knotfem tie or pull has brought that far"
+            raise InputError("not tied yet", file=self.path, expected=expected)
+        return path
+
     @property
     def scene_file(self) -> Path:
         """The file of the resolved scene."""
@@ -197,8 +196,8 @@ class RunDirectory:
             state: of the run.
             **progress: whatever helps a reader, such as phase, displacement_mm, fraction.
         """
-        now = datetime.now(UTC).isoformat(timespec="seconds")
-        write_json(self.path / "status.json", {"state": state, "updated": now, "pid": os.getpid(), **progress})
+        now, pid = timestamp(), os.getpid()
+        write_json(self.path / "status.json", {"state": state, "updated": now, "pid": pid, **progress})
 
     def read_status(self) -> dict[str, Any]:
         """What status.json holds.
@@ -207,6 +206,15 @@ class RunDirectory:
             InputError: missing or damaged.
         """
         return read_json(self.path / "status.json")
+
+    @property
+    def status(self) -> dict[str, Any]:
+        """What status.json holds; empty where there is none yet.
+
+        Raises:
+            InputError: damaged.
+        """
+        return self.read_status() if (self.path / "status.json").exists() else {}
 
     def write_summary(self, summary: Mapping[str, Any]) -> None:
         """Replace summary.json."""
@@ -219,22 +227,6 @@ class RunDirectory:
             InputError: missing or damaged.
         """
         return read_json(self.path / "summary.json")
-
-    @property
-    def log_lines(self) -> int:
-        """Whole lines of log.jsonl."""
-        path = self.path / "log.jsonl"
-        return len(whole_lines(path)) if path.exists() else 0
-
-    def keep_log(self, lines: int) -> None:
-        """Drop the lines of log.jsonl past the first `lines`."""
-        path = self.path / "log.jsonl"
-        if path.exists():
-            write_atomically(path, "".join(f"{line}\n" for line in whole_lines(path)[:lines]))
-
-    def log(self, **record: Any) -> None:
-        """Add a line to log.jsonl."""
-        append(self.path / "log.jsonl", json_line(record))
 
     @contextmanager
     def locked(self) -> Iterator[None]:

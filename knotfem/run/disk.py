@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from knotfem.files import append, json_line, whole_lines, write_atomically
 from knotfem.models.series import Fields, SeriesMesh
 from knotfem.run.directory import RunDirectory
 from knotfem.run.tables import Table
@@ -53,6 +54,7 @@ class DiskStore:
 
     def __init__(self, run: RunDirectory) -> None:
         self.run = run
+        self._log = run.path / "log.jsonl"
 
     def table(self, name: str, columns: tuple[str, ...]) -> Table:
         """The table NAME.csv."""
@@ -64,13 +66,14 @@ class DiskStore:
 
     def log(self, record: Mapping[str, Any]) -> None:
         """Add a line to log.jsonl."""
-        self.run.log(**record)
+        append(self._log, json_line(record))
 
     @property
     def logged(self) -> int:
         """Lines of log.jsonl."""
-        return self.run.log_lines
+        return len(whole_lines(self._log)) if self._log.exists() else 0
 
     def keep_log(self, records: int) -> None:
         """Drop the lines past the first."""
-        self.run.keep_log(records)
+        if self._log.exists():
+            write_atomically(self._log, "".join(f"{line}\n" for line in whole_lines(self._log)[:records]))

@@ -8,18 +8,17 @@ from typing import Any, Protocol
 
 from knotfem.errors import Interrupted, KnotfemError, NotConverged, Stopped
 from knotfem.models.base import Additions, Increment
+from knotfem.run.additions import names_of, require
 from knotfem.run.checkpoint import RunCheckpoint
 from knotfem.run.directory import TIED, RunDirectory
 from knotfem.run.disk import DiskStore
 from knotfem.run.progress import Progress, Silent
 from knotfem.run.provenance import Provenance
 from knotfem.run.recorder import Recorder
-from knotfem.run.simulation import PhaseDone, Simulation, TimeStepDone
+from knotfem.run.simulation import PhaseDone, Simulation, TimeStepDone, steps_of
 from knotfem.run.source import source_rods
 from knotfem.run.step_report import report_of
 from knotfem.run.stop import StopRequest
-from knotfem.scene.model import Scene
-from knotfem.scene.steps import Step
 from knotfem.threads import threads_of
 
 STATUS_EVERY = 2.0
@@ -39,7 +38,6 @@ class Figures(Protocol):
 
 
 def drive(
-    scene: Scene,
     run: RunDirectory,
     goal: str,
     progress: Progress | None = None,
@@ -50,27 +48,30 @@ def drive(
     """Bring a run to its goal, from its last checkpoint if there is one.
 
     Args:
-        scene: what to run.
         run: its directory.
         goal: "tie" for the loose knot at rest, "pull" for all steps.
         progress: told of each step.
-        additions: of the user's own.
+        additions: of the user's own; those that the run was begun with.
         figures: draws them.
 
     Raises:
         KnotfemError: with the exit code of what ended the run.
     """
-    progress = progress or Silent()
-    if _finished(scene, run, goal):
+    progress, additions = progress or Silent(), additions or Additions()
+    if _finished(run, goal):
         progress.message("nothing is left to do")
         return
-    with StopRequest(scene.solver.time_limit) as stop:
-        provenance = Provenance(run.path)
-        provenance.begin(threads=threads_of(scene))
+    provenance, names = Provenance(run.path), names_of(additions)
+    if provenance.additions is not None and run.checkpoints.paths():
+        require(provenance.additions, names, run.path, same=True)
+    with StopRequest(run.scene.solver.time_limit) as stop:
+        provenance.begin(threads=threads_of(run.scene), additions=names)
         driver = None
         try:
             run.write_status("running", goal=goal)
-            driver = Driver(scene, run, goal, progress, stop, provenance, additions, figures)
+            progress.message("building the model (kernels are compiled on the first run of an installation)")
+            simulation = _simulation(run, goal, additions, progress, stop)
+            driver = Driver(run, simulation, progress, provenance, figures)
             driver.go()
             driver.finish()
             run.write_status("done", goal=goal, **driver.where())
@@ -82,24 +83,42 @@ def drive(
 
 def goal_of(run: RunDirectory) -> str:
     """What a run was asked for last."""
-    checkpoint = run.checkpoints.latest()
-    goal = run.read_status().get("goal") if (run.path / "status.json").exists() else None
-    return str(goal or (checkpoint.metadata["goal"] if checkpoint else "pull"))
+    goal = run.status.get("goal")
+    if goal is None and (checkpoint := run.checkpoints.latest()) is not None:
+        goal = checkpoint.metadata["goal"]
+    return str(goal or "pull")
 
 
-def _finished(scene: Scene, run: RunDirectory, goal: str) -> bool:
+def _finished(run: RunDirectory, goal: str) -> bool:
     """Whether a run has taken all steps that are asked for and said so."""
-    status = run.read_status() if (run.path / "status.json").exists() else {}
-    if status.get("state") != "done" or status.get("goal") != goal:
+    status = run.status
+    if (status.get("state"), status.get("goal")) != ("done", goal):
         return False
     checkpoint = run.checkpoints.latest()
     if checkpoint is None:
         return False
-    return not checkpoint.metadata["inside"] and int(checkpoint.metadata["next_step"]) >= len(_wanted(scene, goal))
+    return not checkpoint.metadata["inside"] and checkpoint.metadata["next_step"] >= len(steps_of(run.scene, goal))
 
 
-def _wanted(scene: Scene, goal: str) -> tuple[Step, ...]:
-    return scene.tying_steps if goal == "tie" else scene.steps
+def _simulation(
+    run: RunDirectory, goal: str, additions: Additions, progress: Progress, stop: StopRequest
+) -> Simulation:
+    """The simulation of a run, at its beginning."""
+
+    def heed_stop() -> None:
+        if stop.due:
+            kept = () if simulation.mapped else ("the mapping is computed anew by knotfem resume",)
+            raise stop.error(*kept)
+
+    simulation = Simulation(
+        run.scene,
+        goal,
+        additions=additions,
+        source=source_rods(run.scene, run.path),
+        interrupt=heed_stop,
+        notify=progress.message,
+    )
+    return simulation
 
 
 def _record(error: BaseException, run: RunDirectory, goal: str, driver: Driver | None, provenance: Provenance) -> None:
@@ -119,31 +138,27 @@ def _record(error: BaseException, run: RunDirectory, goal: str, driver: Driver |
 
 
 class Driver:
-    """One session of a run."""
+    """One session of a run.
+
+    Args:
+        run: its directory.
+        simulation: of its scene, at its beginning.
+        progress: told of each step.
+        provenance: of the session.
+        figures: draws them.
+    """
 
     def __init__(
         self,
-        scene: Scene,
         run: RunDirectory,
-        goal: str,
+        simulation: Simulation,
         progress: Progress,
-        stop: StopRequest,
         provenance: Provenance,
-        additions: Additions | None,
         figures: Figures | None,
     ) -> None:
-        self.run, self.scene, self.goal = run, scene, goal
-        self.progress, self.stop, self.provenance, self.figures = progress, stop, provenance, figures
-        progress.message("building the model (kernels are compiled on the first run of an installation)")
-        self.simulation = Simulation(
-            scene,
-            goal,
-            additions=additions,
-            source=source_rods(scene, run.path) if scene.tie.source is not None else None,
-            interrupt=self._heed_stop,
-            notify=progress.message,
-        )
-        self.recorder = Recorder(self.simulation, DiskStore(run))
+        self.run, self.simulation, self.goal = run, simulation, simulation.goal
+        self.progress, self.provenance, self.figures = progress, provenance, figures
+        self.recorder = Recorder(simulation, DiskStore(run))
         self._fraction: float | None = 0.0
         self._told, self._saved = 0.0, time.monotonic()
 
@@ -156,8 +171,6 @@ class Driver:
         """Take all phases that are left."""
         self._restore()
         self.provenance.note(linear_solver=self.simulation.linear_solver)
-        if self.simulation.next_step == len(self.scene.tying_steps) and self.run.checkpoints.latest() is not None:
-            self._mark_tied()
         try:
             for event in self.simulation.run():
                 self.recorder.record(event)
@@ -184,7 +197,7 @@ class Driver:
             return
         self._fraction = None if event.fraction != event.fraction else event.fraction
         self._tell_status(event)
-        if not event.last and time.monotonic() - self._saved > self.scene.output.checkpoint_every:
+        if not event.last and time.monotonic() - self._saved > self.run.scene.output.checkpoint_every:
             self._save()
 
     def _phase_done(self, event: PhaseDone) -> None:
@@ -194,16 +207,7 @@ class Driver:
             if self.figures is not None:
                 with self.recorder.summary.output():
                     self.figures.mapped(self.run, self.recorder)
-            self._save()
-        if event.tied:
-            self._mark_tied()
-        elif event.name != "mapping":
-            self._save()
-
-    def _heed_stop(self) -> None:
-        if self.stop.due:
-            mapped = self.simulation.mapped
-            raise self.stop.error(*(() if mapped else ("the mapping is computed anew by knotfem resume",)))
+        self._save(TIED if event.tied else "")
 
     def _tell_status(self, event: TimeStepDone) -> None:
         """Keep status.json up to date, once in a while."""
@@ -211,10 +215,6 @@ class Driver:
             self._told = time.monotonic()
             figures = {"displacement_mm": event.displacement, "force_N": event.force}
             self.run.write_status("running", goal=self.goal, **self.where(), **figures)
-
-    def _mark_tied(self) -> None:
-        if self.run.checkpoints.named(TIED) is None:
-            self._save(TIED)
 
     def _save(self, name: str = "") -> None:
         with self.recorder.summary.output():

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 
-from knotfem.mesh.make_section import section_from, section_of
+from knotfem.mesh.make_section import chosen_section
 from knotfem.scene.elements import ORDERS
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import Rod
@@ -81,4 +81,4 @@ def _section_nodes(rod: Rod) -> int:
 
 @cache
 def _nodes(file: str | None, count: int, degree: int) -> int:
-    return len((section_of(count, degree) if file is None else section_from(file, degree)).points)
+    return len(chosen_section(file, count, degree).points)

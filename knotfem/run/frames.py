@@ -11,9 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotfem.errors import InputError
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from knotfem.types import Array, Index
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,12 +26,12 @@ class Frame:
     """
 
     time: float
-    points: FloatArray
+    points: Array
     point_data: dict[str, NDArray[Any]]
     cell_data: dict[str, NDArray[Any]]
 
 
-def read_times(path: str | Path) -> FloatArray:
+def read_times(path: str | Path) -> Array:
     """Times of the stored steps in s, shape (steps,).
 
     Raises:
@@ -43,7 +41,7 @@ def read_times(path: str | Path) -> FloatArray:
         return np.asarray(root["Steps/Values"][: int(root["Steps"].attrs["NSteps"])], dtype=np.float64)
 
 
-def read_mesh(path: str | Path) -> tuple[FloatArray, IntArray]:
+def read_mesh(path: str | Path) -> tuple[Array, Index]:
     """Reference positions in mm, shape (N, 3), and points of the cells, shape (E, 8) or (E, 4), of a series.
 
     Raises:

@@ -8,16 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotfem.run.frames import Frame
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from knotfem.types import Array, Index
 
 _CELL_TYPES = {8: 12, 27: 29, 4: 9}
 """VTK's number of the cell with so many points: hexahedron, triquadratic hexahedron, quadrilateral."""
 _PACKED: dict[str, Any] = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
 
 
-def write_mesh(file: Any, reference: FloatArray, cells: IntArray) -> None:
+def write_mesh(file: Any, reference: Array, cells: Index) -> None:
     """Lay out an empty series.
 
     Args:

@@ -9,9 +9,7 @@ from typing import Any
 import numpy as np
 
 from knotfem.models.series import Fields, SeriesMesh
-from knotfem.run.columns import TEXT_COLUMNS
-
-Value = float | int | str | np.generic
+from knotfem.run.columns import TEXT_COLUMNS, Value
 
 
 class MemoryTable:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import os
 import platform
 import sys
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from knotfem.run.files import read_json, write_json
+from knotfem.files import read_json, write_json
 from knotfem.version import __version__
 
 LIBRARIES = (
@@ -56,13 +57,19 @@ class Provenance:
         self._path = folder / "provenance.json"
         self._sessions: list[dict[str, Any]] = read_json(self._path)["sessions"] if self._path.exists() else []
 
-    def begin(self, *, threads: int, seed: int | None = None, linear_solver: str | None = None) -> None:
+    @property
+    def additions(self) -> dict[str, list[str]] | None:
+        """Names of what the user added to the last session as objects; None where there is no session that says so."""
+        return self._sessions[-1].get("additions") if self._sessions else None
+
+    def begin(self, *, threads: int, additions: Mapping[str, Sequence[str]]) -> None:
         """Start a session.
+
+        The linear solver is noted once it is known. The seed is null: no run draws what another seed would change.
 
         Args:
             threads: in use.
-            seed: of whatever draws at random, or none.
-            linear_solver: in use, where known already.
+            additions: names of what the user adds as objects, by kind.
         """
         self._sessions.append(
             {
@@ -71,10 +78,11 @@ class Provenance:
                 "machine": platform.machine(),
                 "processors": os.cpu_count(),
                 "versions": library_versions(),
-                "linear_solver": linear_solver,
+                "linear_solver": None,
                 "threads": threads,
-                "seed": seed,
-                "start": _now(),
+                "additions": additions,
+                "seed": None,
+                "start": timestamp(),
                 "end": None,
                 "exit_reason": None,
             }
@@ -92,12 +100,13 @@ class Provenance:
         Args:
             exit_reason: "done", or what ended the run.
         """
-        self.note(end=_now(), exit_reason=exit_reason)
+        self.note(end=timestamp(), exit_reason=exit_reason)
 
     def _write(self) -> None:
         newest = {**self._sessions[-1], "start": self._sessions[0]["start"]}
         write_json(self._path, {**newest, "sessions": self._sessions})
 
 
-def _now() -> str:
+def timestamp() -> str:
+    """Date and time in UTC, to the second."""
     return datetime.now(UTC).isoformat(timespec="seconds")

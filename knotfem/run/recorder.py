@@ -19,6 +19,7 @@ from knotfem.run.columns import (
     TENSION_EXTRA,
     TIE_COLUMNS,
     TWIST_COLUMNS,
+    Value,
     energy_column,
 )
 from knotfem.run.simulation import PhaseDone, Simulation, TimeStepDone
@@ -26,7 +27,6 @@ from knotfem.run.summary import Summary
 from knotfem.scene.steps import Relax
 from knotfem.solver.term import Role, Term
 
-Value = float | int | str | np.generic
 SHARED = {"gravity": Role.FIELD, "drag": Role.RESISTANCE}
 """Terms whose energies have a column in every run, and what they are; those of their name and role add to it."""
 

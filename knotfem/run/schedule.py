@@ -34,9 +34,9 @@ class Schedule:
     output_times: np.ndarray
 
     def fraction(self, began: float, now: float) -> float:
-        """How much of it is done, 0 to 1."""
+        """How much of it is done, 0 to 1; nan where it takes as long as rods take to settle."""
         length = float(self.output_times[-1]) - began
-        return (now - began) / length if length > 0.0 else 1.0
+        return (now - began) / length if length > 0.0 else float("nan")
 
     def over(self, now: float) -> bool:
         """Whether its time is over."""

@@ -18,7 +18,7 @@ from knotfem.models.newton import newton_of
 from knotfem.models.rod.initial import SourceRod
 from knotfem.run.jumps import Jump, JumpWatch
 from knotfem.run.monitor import KnotMonitor, Knots
-from knotfem.run.schedule import Rest, Schedule, schedule_of
+from knotfem.run.schedule import Rest, schedule_of
 from knotfem.scene.model import Scene
 from knotfem.scene.steps import Loaded, Relax, Release, Step
 from knotfem.solver.nonlinear.newton import Interrupt
@@ -26,7 +26,7 @@ from knotfem.solver.state import State
 from knotfem.solver.stepping.integrator import AcceptedStep, Continuation, integrate
 from knotfem.solver.stepping.pace import Pace
 from knotfem.solver.system import System
-from knotfem.sparse.linear import available
+from knotfem.sparse.linear import solver_name
 from knotfem.tie import CentrelinePath
 
 LOG = logging.getLogger("knotfem")
@@ -118,6 +118,11 @@ class Underway:
     keys: np.ndarray | None = None
 
 
+def steps_of(scene: Scene, goal: str) -> tuple[Step, ...]:
+    """Steps of a scene that a goal asks for: "tie" for those at its head that relax, "pull" for all."""
+    return scene.tying_steps if goal == "tie" else scene.steps
+
+
 class Simulation:
     """A scene, from the straight rods to its last step, or on from a checkpoint.
 
@@ -125,7 +130,7 @@ class Simulation:
         scene: what to run.
         goal: "tie" for the loose knot at rest, "pull" for all steps.
         additions: of the user's own.
-        source: rods as another run has left them.
+        source: rods as another run has left them, or none.
         model: of the scene, made with what a scene cannot say, such as a cross-section of its own; None builds it.
         interrupt: called before each Newton iteration and after each step; what it raises ends the run as if the step
             had not begun.
@@ -137,6 +142,7 @@ class Simulation:
         monitor: of the knots.
         state: accepted.
         phase: name of the present one.
+        wanted: steps of the scene that the goal asks for.
         next_step: number of the scene's step that comes next.
         knots_before: that the steps set out from.
         mapped: whether the mapping is through.
@@ -151,7 +157,7 @@ class Simulation:
         goal: str = "pull",
         *,
         additions: Additions | None = None,
-        source: Sequence[SourceRod] | None = None,
+        source: Sequence[SourceRod] = (),
         model: Model | None = None,
         interrupt: Interrupt | None = None,
         notify: Callable[[str], None] = LOG.info,
@@ -166,18 +172,14 @@ class Simulation:
         self.state = self.model.straight()
         self.phase = "mapping"
         self.next_step = 0
+        self.wanted = steps_of(scene, goal)
         self.knots_before: Knots | None = None
-        self.linear_solver = available()[0] if scene.solver.linear == "auto" else scene.solver.linear
+        self.linear_solver = solver_name(scene.solver.linear)
         self.mapped = False
         self.paths: list[CentrelinePath] = []
         self._started_at: list[np.ndarray] | None = None
         self._underway: Underway | None = None
         self.system: System | None = None
-
-    @property
-    def wanted(self) -> tuple[Step, ...]:
-        """Steps of the scene that the goal asks for."""
-        return self.scene.tying_steps if self.goal == "tie" else self.scene.steps
 
     def start_at(self, state: State) -> None:
         """Take the steps of the scene from this state, without a mapping.
@@ -267,8 +269,18 @@ class Simulation:
             figures = self.balance.update(equations, accepted, underway.origin)
             resting = rest is not None and rest.reached(self.state.time, self.balance.energies, figures)
             last = resting or (accepted.at_output and schedule.over(self.state.time))
-            jump = watch.update(step.name, accepted, figures, self.balance.energies)
-            yield self._event(step, accepted, figures, equations.system, schedule, began, last, jump)
+            yield TimeStepDone(
+                step,
+                accepted,
+                figures,
+                self.balance.energies,
+                equations.system,
+                elapsed=self.state.time - began,
+                fraction=float("nan") if rest is not None else schedule.fraction(began, self.state.time),
+                output=accepted.at_output or last,
+                last=last,
+                jump=watch.update(step.name, accepted, figures, self.balance.energies),
+            )
             lost = (accepted.at_output or last or watch.wandered(self.state.x)) and self._lost(step)
             if resting or (lost and isinstance(step, Release)):
                 return
@@ -276,23 +288,6 @@ class Simulation:
                 self.interrupt()
         if step.real and isinstance(step, Relax):
             raise NotConverged(f"{step.name}: not at rest after {step.longest:g} s")
-
-    def _event(
-        self,
-        step: Step,
-        accepted: AcceptedStep,
-        figures: StepFigures,
-        system: System,
-        schedule: Schedule,
-        began: float,
-        last: bool,
-        jump: Jump | None,
-    ) -> TimeStepDone:
-        waits = isinstance(step, Relax | Release)
-        fraction = float("nan") if waits else schedule.fraction(began, self.state.time)
-        energies, elapsed = self.balance.energies, self.state.time - began
-        output = accepted.at_output or last
-        return TimeStepDone(step, accepted, figures, energies, system, elapsed, fraction, output, last, jump)
 
     def _begun(self, step: Step) -> Underway:
         ends = {f"{rod}.{side}" for (rod, side), end in step.all_ends().items() if isinstance(end, Loaded)}

@@ -9,25 +9,27 @@ from typing import Any
 import numpy as np
 
 from knotfem.errors import InputError
-from knotfem.geometry.frames import tangents
+from knotfem.files import read_json, write_json
+from knotfem.geometry.frames import material_frames, tangents
 from knotfem.models.rod.initial import SourceRod
 from knotfem.run.checkpoint import RunCheckpoint, read_checkpoint
-from knotfem.run.directory import SOURCE, TIED, RunDirectory
-from knotfem.run.files import read_json, write_json
+from knotfem.run.directory import SOURCE, RunDirectory
 from knotfem.scene.model import Scene
 
 
 def source_rods(scene: Scene, folder: Path | None = None) -> list[SourceRod]:
-    """The rods of the run that a scene names as its source, in the state that it names.
+    """The rods of the run that a scene names as its source, in the state that it names; none where it names no run.
 
     Args:
-        scene: with a source.
+        scene: what is to be run.
         folder: of the run that sets out, which keeps what it has read and needs the source no more.
 
     Raises:
         InputError: no such run, it is not tied, of another model or of other rods or obstacles; or what was kept of it
             is damaged.
     """
+    if scene.tie.source is None:
+        return []
     if folder is None:
         return _read(scene)
     kept = folder / SOURCE
@@ -50,31 +52,22 @@ def _read(scene: Scene) -> list[SourceRod]:
         found, expected = theirs.get(key, "none"), ours.get(key, "none")
         if found != expected:
             raise InputError("differs from the scene", file=source.path, key=key, found=found, expected=expected)
-    tied = source.checkpoints.named(TIED)
-    if tied is None:
-        raise InputError(
-            "not tied yet", file=source.path, expected="a run that knotfem tie or pull has brought that far"
-        )
-    from knotfem.models.solid.body import mesh_of
+    tied = source.tied_checkpoint()
+    from knotfem.models.solid.body import meshes_of
 
     path = tied if scene.tie.source_state == "tied" else source.checkpoints.paths()[-1]
     x = np.asarray(RunCheckpoint.of(read_checkpoint(path)).simulation["now"]["state"]["x"])
-    rods, first = [], 0
-    for rod in source.scene.rods:
-        mesh = mesh_of(rod)
-        rods.append(_framed(x[mesh.section_nodes + first], mesh.section.axis, mesh.nodes[mesh.section_nodes[0], 0]))
-        first += len(mesh.nodes)
-    return rods
+    return [
+        _framed(x[mesh.section_nodes + first], mesh.section.axis, mesh.nodes[mesh.section_nodes[0], 0])
+        for mesh, first in meshes_of(source.scene)
+    ]
 
 
 def _framed(sections: np.ndarray, axis: int, d1: np.ndarray) -> SourceRod:
     """Axis and frames of sections, shape [sections, nodes a section, 3], of which d1 is the first coordinate."""
     points = sections[:, axis]
-    t = tangents(points)
-    d = np.einsum("k,ski->si", d1, sections - points[:, None])
-    d -= np.einsum("si,si->s", d, t)[:, None] * t
-    d /= np.linalg.norm(d, axis=1)[:, None]
-    return SourceRod(points, np.stack([d, np.cross(t, d), t], axis=1))
+    directors = np.einsum("k,ski->si", d1, sections - points[:, None])
+    return SourceRod(points, material_frames(tangents(points), directors))
 
 
 def _compared(scene: Scene) -> dict[str, str]:

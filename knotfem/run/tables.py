@@ -9,11 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from knotfem.errors import InputError
-from knotfem.run.columns import TEXT_COLUMNS
-from knotfem.run.files import append, cannot_write, whole_lines, write_atomically
-
-Value = float | int | str | np.generic
+from knotfem.errors import InputError, cannot_read, cannot_write
+from knotfem.files import append, whole_lines, write_atomically
+from knotfem.run.columns import TEXT_COLUMNS, Value
 
 
 class Table:
@@ -159,7 +157,7 @@ def _lines(path: Path) -> list[str]:
     try:
         return whole_lines(path)
     except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror})", file=path) from None
+        raise cannot_read(path, error) from None
     except UnicodeDecodeError:
         raise InputError("not a text file", file=path) from None
 

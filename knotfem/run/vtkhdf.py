@@ -4,22 +4,18 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Mapping
 from io import BytesIO
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from knotfem.errors import InputError
+from knotfem.errors import cannot_write
+from knotfem.files import write_atomically
 from knotfem.run.frames import Frame, read_times
 from knotfem.run.hdf_layout import append_frame, as_stored, stored_bytes, truncate, write_constant, write_mesh
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-Arrays = Mapping[str, NDArray[Any]]
+from knotfem.types import Array, Arrays, Index
 
 _NOTHING: Arrays = {}
 _METADATA = 1 << 20  # bytes, well above what HDF5 adds to the arrays of a step
@@ -55,8 +51,8 @@ class VtkHdfSeries:
     def create(
         cls,
         path: str | Path,
-        reference: FloatArray,
-        cells: IntArray,
+        reference: Array,
+        cells: Index,
         *,
         point_data: Arrays = _NOTHING,
         cell_data: Arrays = _NOTHING,
@@ -82,17 +78,11 @@ class VtkHdfSeries:
             for kind, arrays in (("PointData", point_data), ("CellData", cell_data)):
                 for name, values in arrays.items():
                     write_constant(file["VTKHDF"], kind, name, values)
-        temporary = path.with_name(f".{path.name}.part")
-        try:
-            temporary.write_bytes(buffer.getbuffer())
-        except OSError as error:
-            temporary.unlink(missing_ok=True)
-            raise InputError(f"cannot be written ({error.strerror or error})", file=path) from error
-        _sync_and_replace(temporary, path)
+        write_atomically(path, buffer.getvalue())
         return cls(path)
 
     def append(
-        self, time: float, points: FloatArray, *, point_data: Arrays = _NOTHING, cell_data: Arrays = _NOTHING
+        self, time: float, points: Array, *, point_data: Arrays = _NOTHING, cell_data: Arrays = _NOTHING
     ) -> None:
         """Add a step; all steps carry the same arrays.
 
@@ -192,7 +182,7 @@ class _Writing:
             self.file = h5py.File(self.path, "r+", locking=False)
         except OSError as error:
             self.path.unlink(missing_ok=True)
-            raise InputError(f"cannot be written ({error.strerror or error})", file=self.known_as) from error
+            raise cannot_write(self.known_as, error) from error
         return self.file["VTKHDF"]
 
     def __exit__(
@@ -213,7 +203,7 @@ def _copy(source: Path, target: Path) -> None:
         shutil.copyfile(source, target)
     except OSError as error:
         target.unlink(missing_ok=True)
-        raise InputError(f"cannot be written ({error.strerror or error})", file=source) from error
+        raise cannot_write(source, error) from error
 
 
 def _sync_and_replace(source: Path, target: Path) -> None:
@@ -222,4 +212,4 @@ def _sync_and_replace(source: Path, target: Path) -> None:
             os.fsync(file.fileno())
         source.replace(target)
     except OSError as error:
-        raise InputError(f"cannot be written ({error.strerror or error})", file=target) from error
+        raise cannot_write(target, error) from error

@@ -5,24 +5,25 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
 from knotfem import shipped
-from knotfem.errors import InputError
+from knotfem.errors import InputError, cannot_read
 from knotfem.scene.effects import Cylinder
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import CURVE_SUFFIXES, Rod
 from knotfem.scene.table import input_error
-from knotfem.scene.write import scene_to_toml
 
 _ALTERNATIVES = {"section": "section_elements", "section_elements": "section"}
 """Keys of a rod's mesh of which only one may be given."""
 _NAMES = {"rods": Rod.model_fields["name"].default, "obstacles": Cylinder.model_fields["name"].default}
 """Names of entries of lists that are not named; steps go by their kind."""
-
+_SPELLINGS = {"centreline": "centerline"}
+"""Keys of a rod that may be spelt in two ways: as scenes may have them, and as a rod names them."""
 
 Overrides = Mapping[str, Any] | Sequence[str]
 """Changes of scene keys: {"contact.friction": 0.37}, or texts such as "contact.friction=0.37"."""
@@ -43,13 +44,13 @@ def load_scene(source: str | Path | Scene, overrides: Overrides = ()) -> Scene:
     if isinstance(source, Scene) and not overrides:
         return source
     tables, path = _tables_of(source)
-    _make_absolute(tables, path.parent)
+    _make_uniform(tables, path.parent, path)
     changes = _changes(overrides)
     for key, value in changes.items():
         _make_room(tables, key, value)
     for key, value in changes.items():
         _override(tables, key, value)
-    _make_absolute(tables, Path())
+    _make_uniform(tables, Path(), "--set")
     try:
         return Scene.model_validate(tables)
     except ValidationError as error:
@@ -59,7 +60,7 @@ def load_scene(source: str | Path | Scene, overrides: Overrides = ()) -> Scene:
 def _tables_of(source: str | Path | Scene) -> tuple[dict[str, Any], Path]:
     """Tables of a scene, and the file that they are from."""
     if isinstance(source, Scene):
-        return tomllib.loads(scene_to_toml(source)), Path(source.name)
+        return source.model_dump(mode="json", exclude_none=True), Path(source.name)
     name = str(source)
     path = shipped.scene_path(name) if name in shipped.scene_names() else Path(name)
     if path.suffix != ".toml" and not path.exists():
@@ -72,13 +73,20 @@ def _tables_of(source: str | Path | Scene) -> tuple[dict[str, Any], Path]:
 def _changes(overrides: Overrides) -> dict[str, Any]:
     """Values by key; None removes one."""
     if isinstance(overrides, Mapping):
-        return dict(overrides)
+        return {_spelt(key): deepcopy(value) for key, value in overrides.items()}
     changes = {}
     for override in overrides:
         key, value = _split(override)
+        key = _spelt(key)
         changes.pop(key, None)
         changes[key] = None if value.strip() == "none" else _value(value)
     return changes
+
+
+def _spelt(key: str) -> str:
+    """A key as rods name it."""
+    above, dot, last = key.rpartition(".")
+    return above + dot + _SPELLINGS.get(last, last)
 
 
 def describe(name: str, overrides: Sequence[str] = ()) -> str | None:
@@ -114,7 +122,7 @@ def read_toml(path: Path) -> dict[str, Any]:
     except IsADirectoryError:
         raise InputError("this is a directory", file=path, expected="a scene file") from None
     except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror})", file=path) from None
+        raise cannot_read(path, error) from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"not a TOML file: {error}", file=path) from None
 
@@ -174,14 +182,30 @@ def _value(text: str) -> object:
         return text.strip()
 
 
-def _make_absolute(tables: dict[str, Any], folder: Path) -> None:
-    """Make files and folders absolute, so that a scene means the same wherever it is written."""
+def _make_uniform(tables: dict[str, Any], folder: Path, file: str | Path) -> None:
+    """Spell keys in one way; make files and folders absolute, so that a scene means the same wherever it is written.
+
+    Args:
+        tables: of the scene.
+        folder: where relative paths start.
+        file: to blame in messages.
+
+    Raises:
+        InputError: a key is there in both spellings.
+    """
     rods = tables.get("rods")
-    for rod in rods if isinstance(rods, list) else ():
-        curve = rod.get("centerline") if isinstance(rod, dict) else None
+    for index, rod in enumerate(rods if isinstance(rods, list) else ()):
+        if not isinstance(rod, dict):
+            continue
+        for other, key in _SPELLINGS.items():
+            if other in rod and key in rod:
+                place = f"rods.{index}.{other}"
+                raise InputError("the same key twice", file=file, key=place, expected=f"{other} or {key}")
+            if other in rod:
+                rod[key] = rod.pop(other)
+        curve, mesh = rod.get("centerline"), rod.get("mesh")
         if isinstance(curve, str) and Path(curve).suffix in CURVE_SUFFIXES:
             rod["centerline"] = str((folder / curve).resolve())
-        mesh = rod.get("mesh") if isinstance(rod, dict) else None
         if isinstance(mesh, dict) and isinstance(mesh.get("section"), str):
             mesh["section"] = str((folder / mesh["section"]).resolve())
     tie = tables.get("tie")

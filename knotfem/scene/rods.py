@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -12,6 +11,7 @@ from pydantic import AfterValidator, Field, SerializerFunctionWrapHandler, model
 from knotfem import shipped
 from knotfem.scene.elements import ORDERS
 from knotfem.scene.quantity import Angle, Duration, PositiveDensity, PositiveLength, PositivePressure
+from knotfem.scene.stiffness import axial_stiffness, bending_stiffness, mass_per_length, twisting_stiffness
 from knotfem.scene.table import Direction, Flag, Integer, Name, Number, Point, Table, known_name, refusal
 
 CURVE_SUFFIXES = (".csv", ".json", ".toml")
@@ -90,7 +90,7 @@ class Core(Table):
     @property
     def axial_stiffness(self) -> float:
         """EA [N]."""
-        return self.youngs_modulus * math.pi * self.radius**2
+        return axial_stiffness(self.youngs_modulus, self.radius)
 
 
 def _known_element(name: str) -> str:
@@ -151,7 +151,8 @@ class Rod(Table):
 
     Attributes:
         name: for ends, pairs, tables.
-        centerline: a shipped name, or a CSV, JSON or TOML file; scaled about the origin to the rod's length.
+        centerline: a shipped name, or a CSV, JSON or TOML file; scaled about the origin to the rod's length. Scenes may
+            spell the key `centreline`.
         length: [mm].
         diameter: [mm].
         rotation: of the scaled curve, before `origin`.
@@ -177,6 +178,41 @@ class Rod(Table):
     def slices(self) -> int:
         """Intervals between cross-sections; quadratic hexahedra span two."""
         return ORDERS[self.mesh.element] * round(self.length / self.mesh.element_length)
+
+    @property
+    def radius(self) -> float:
+        """Half the diameter [mm]."""
+        return 0.5 * self.diameter
+
+    @property
+    def bending_stiffness(self) -> float:
+        """B [N mm^2] of the bulk; the core has none."""
+        return bending_stiffness(self.material.youngs_modulus, self.radius)
+
+    @property
+    def twisting_stiffness(self) -> float:
+        """C [N mm^2] of the bulk; the core has none."""
+        return twisting_stiffness(self.material.shear_modulus, self.radius)
+
+    @property
+    def bulk_axial_stiffness(self) -> float:
+        """EA of the bulk [N]."""
+        return axial_stiffness(self.material.youngs_modulus, self.radius)
+
+    @property
+    def core_axial_stiffness(self) -> float:
+        """EA of the core [N]; 0 without one."""
+        return 0.0 if self.core is None else self.core.axial_stiffness
+
+    @property
+    def axial_stiffness(self) -> float:
+        """EA of bulk and core [N]."""
+        return self.bulk_axial_stiffness + self.core_axial_stiffness
+
+    @property
+    def mass_per_length(self) -> float:
+        """Of the bulk [tonne/mm]."""
+        return mass_per_length(self.material.density, self.radius)
 
     @model_validator(mode="after")
     def _check_proportions(self) -> Self:

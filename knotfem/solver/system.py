@@ -62,10 +62,9 @@ class System:
         self.conditions = Conditions() if conditions is None else conditions
         self.damping_weights = np.full(nodes, 1.0 / nodes) if damping_weights is None else damping_weights
         self.symmetric = not unsymmetric and all(term.symmetric for term in self.terms)
-        self.driven = np.zeros((nodes, width), dtype=bool)
+        self.fixed = np.zeros((nodes, width), dtype=bool) if fixed is None else fixed.copy()
         for motion in self.prescribed:
-            self.driven[motion.nodes, :3] |= np.array(motion.components)
-        self.fixed = self.driven if fixed is None else self.driven | fixed
+            self.fixed[motion.nodes, :3] |= np.array(motion.components)
         self.clock = Clock()
         self.analyses = 0
         self.factorisations = 0

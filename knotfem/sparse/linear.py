@@ -12,6 +12,11 @@ def available() -> list[str]:
     return (["pardiso"] if pardiso.library() is not None else []) + ["superlu"]
 
 
+def solver_name(name: str) -> str:
+    """What a name stands for on this machine: "auto" for the best solver, any other for itself."""
+    return available()[0] if name == "auto" else name
+
+
 def make_solver(name: str, threads: int = 0) -> LinearSolver:
     """A solver by name: "pardiso", "superlu", or "auto" for the best available.
 
@@ -19,8 +24,7 @@ def make_solver(name: str, threads: int = 0) -> LinearSolver:
         name: which one.
         threads: 0 takes the library's own choice.
     """
-    if name == "auto":
-        name = available()[0]
+    name = solver_name(name)
     if name == "pardiso":
         return pardiso.Pardiso(threads)
     if name == "superlu":

@@ -57,7 +57,6 @@ class Pardiso:
             mkl.MKL_Set_Num_Threads(ctypes.c_int(threads))
         self._handle = np.zeros(64, dtype=np.int64)
         self._values = np.zeros(1)
-        self.memory_bytes = 0
 
     def analyse(self, pattern: Pattern) -> None:
         self.close()
@@ -75,7 +74,6 @@ class Pardiso:
         iparm[34] = 1  # indices count from 0
         self._iparm = iparm
         self._call(_ANALYSE, np.zeros(pattern.csr[1].size))
-        self.memory_bytes = 1024 * int(max(iparm[14], iparm[15] + iparm[16]))
 
     def factorise(self, matrix: Matrix) -> None:
         self._values = matrix.data.copy()

@@ -37,12 +37,12 @@ def _expand(
 
 
 @kernel(parallel=True)
-def _constrain(indptr: np.ndarray, indices: np.ndarray, data: np.ndarray, fixed: np.ndarray, scale: float) -> None:
+def _constrain(indptr: np.ndarray, indices: np.ndarray, data: np.ndarray, fixed: np.ndarray) -> None:
     for row in prange(indptr.size - 1):
         for k in range(indptr[row], indptr[row + 1]):
             column = indices[k]
             if fixed[row] or fixed[column]:
-                data[k] = scale if row == column else 0.0
+                data[k] = 1.0 if row == column else 0.0
 
 
 @kernel
@@ -142,9 +142,9 @@ class Matrix:
         """Add one value for each unknown, shape [unknowns], to the diagonal."""
         _add_diagonal(*self.pattern.csr, self.data, values)
 
-    def constrain(self, fixed: np.ndarray, scale: float = 1.0) -> None:
-        """Replace rows and columns of the `fixed` unknowns, boolean [unknowns], by `scale` on the diagonal."""
-        _constrain(*self.pattern.csr, self.data, fixed, scale)
+    def constrain(self, fixed: np.ndarray) -> None:
+        """Replace rows and columns of the `fixed` unknowns, boolean [unknowns], by 1 on the diagonal."""
+        _constrain(*self.pattern.csr, self.data, fixed)
 
     def multiply(self, x: np.ndarray) -> np.ndarray:
         """Product with a vector, shape [unknowns]."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
+from math import prod
 
 from knotfem.study.refinement import BASE, Level
 
@@ -36,14 +37,10 @@ def combine(families: Sequence[Mapping[str, Sequence[Option]]], target: float) -
     Returns:
         None where no combination is that accurate, or where the best one is a level already.
     """
-    best, least = None, float("inf")
-    for parts in (parts for options in families for parts in product(*options.values())):
-        cost = 1.0
-        for part in parts:
-            cost *= part.cost
-        if cost < least and sum(part.error for part in parts) <= target:
-            best, least = parts, cost
-    changed = [part.level for part in best or () if part.level.name != BASE]
+    every = (parts for options in families for parts in product(*options.values()))
+    good = (parts for parts in every if sum(part.error for part in parts) <= target)
+    best = min(good, key=lambda parts: prod(part.cost for part in parts), default=())
+    changed = [part.level for part in best if part.level.name != BASE]
     if len(changed) < 2:
         return None
     return Level(

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from knotfem.scene.model import Scene
-from knotfem.scene.rods import Rod
 from knotfem.scene.steps import Clamped, Driven, Free, Loaded, Pull
 
 TURNS = {"capstan_half": np.pi}
@@ -74,10 +73,6 @@ def capstan_ratio(friction: float, angle: float, rod_radius: float, cylinder_rad
     return float(np.exp((np.sqrt(1.0 + quadratic) - 1.0) / (2.0 * friction * a) * angle))
 
 
-def _bending_stiffness(rod: Rod) -> float:
-    return rod.material.youngs_modulus * np.pi * rod.diameter**4 / 64.0
-
-
 def _cantilever(scene: Scene) -> ClosedForm | None:
     (rod, *others), last = scene.rods, scene.steps[-1] if scene.steps else None
     if others or last is None or scene.contact.enabled or scene.gravity is None or rod.centerline != "straight":
@@ -88,12 +83,9 @@ def _cantilever(scene: Scene) -> ClosedForm | None:
     down = np.array(scene.gravity.direction) / np.linalg.norm(scene.gravity.direction)
     if abs(down[0]) > 1e-12:
         return None
-    weight = rod.material.density * np.pi * rod.diameter**2 / 4.0 * scene.gravity.acceleration
-    load = weight * rod.length**3 / _bending_stiffness(rod)
-    area = np.pi * rod.diameter**2 / 4.0
-    stretch = (
-        weight * rod.length / (rod.material.youngs_modulus * area + (rod.core.axial_stiffness if rod.core else 0.0))
-    )
+    weight = rod.mass_per_length * scene.gravity.acceleration
+    load = weight * rod.length**3 / rod.bending_stiffness
+    stretch = weight * rod.length / rod.axial_stiffness
     if scene.model == "rod":
         return ClosedForm("sag", heavy_cantilever(load) * rod.length, stretch + 1e-6, "heavy elastica")
     bound = stretch + rod.diameter / (2.0 * rod.length)
@@ -110,8 +102,8 @@ def _capstan(scene: Scene) -> ClosedForm | None:
         return None
     obstacle = scene.obstacles[0]
     rho = 0.5 * (obstacle.diameter + rod.diameter)
-    if end.force < 5.0 * _bending_stiffness(rod) / rho**2:
+    if end.force < 5.0 * rod.bending_stiffness / rho**2:
         return None
     mu = scene.friction_between(rod.name, obstacle.name)
-    ratio = capstan_ratio(mu, TURNS[rod.centerline], 0.5 * rod.diameter, 0.5 * obstacle.diameter)
+    ratio = capstan_ratio(mu, TURNS[rod.centerline], rod.radius, 0.5 * obstacle.diameter)
     return ClosedForm("force_end", end.force * ratio, CAPSTAN_BOUND, "capstan law of a thick rod")

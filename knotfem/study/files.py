@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from knotfem.run.files import write_json
+from knotfem.files import write_json
 from knotfem.run.tables import write_table
 from knotfem.study.convergence import ConvergenceStudy
 from knotfem.study.measured import Measured

@@ -50,6 +50,15 @@ class Outcome:
     exit_code: int = 0
 
 
+@dataclass(frozen=True, eq=False)
+class _Working:
+    """A process at work on a level, since a time on the clock of `time.monotonic`."""
+
+    level: Level
+    process: subprocess.Popen[bytes]
+    began: float
+
+
 @dataclass(eq=False)
 class Jobs:
     """Runs of the refinement levels of one scene, in one folder.
@@ -86,28 +95,36 @@ class Jobs:
         """
         waiting = [level for level in levels if self._possible(level) and not self._known(level)]
         waiting.sort(key=lambda level: (level.name != BASE, process_seconds(self.scene_of(level)), level.name))
-        working: dict[str, tuple[Level, subprocess.Popen[bytes], float]] = {}
+        working: list[_Working] = []
         with StopRequest() as stop:
             try:
                 while waiting or working:
                     if stop.due:
                         raise stop.error()
-                    while waiting and len(working) < self.processes and not (working and self._crowded(waiting[0])):
-                        level = waiting.pop(0)
-                        if self._fits(level):
-                            working[level.name] = (level, self._start(level), time.monotonic())
+                    self._start_next(waiting, working)
                     time.sleep(POLL)
-                    for name, (level, process, began) in list(working.items()):
-                        if process.poll() is not None:
-                            del working[name]
-                            self._ended(level, process.returncode, time.monotonic() - began)
+                    self._collect(working)
             except (Stopped, Interrupted) as error:
                 raise type(error)("stopped; checkpoints are written, the same command goes on") from None
             finally:
-                for _, process, _ in working.values():
-                    process.terminate()
-                for _, process, _ in working.values():
-                    process.wait()
+                for one in working:
+                    one.process.terminate()
+                for one in working:
+                    one.process.wait()
+
+    def _start_next(self, waiting: list[Level], working: list[_Working]) -> None:
+        """Start levels that wait, as far as processes, memory and budget allow."""
+        while waiting and len(working) < self.processes and not (working and self._crowded(waiting[0])):
+            level = waiting.pop(0)
+            if self._fits(level):
+                working.append(_Working(level, self._start(level), time.monotonic()))
+
+    def _collect(self, working: list[_Working]) -> None:
+        """Take note of processes that have ended."""
+        for one in list(working):
+            if one.process.poll() is not None:
+                working.remove(one)
+                self._ended(one.level, one.process.returncode, time.monotonic() - one.began)
 
     def _possible(self, level: Level) -> bool:
         """Whether a level is a valid scene; one that is not has failed, and for the base the error is raised."""
@@ -129,16 +146,17 @@ class Jobs:
             return False
         if _physics(run.scene) != _physics(scene):
             raise InputError("the folder holds a run of another scene", file=run.path, expected="another folder (-o)")
-        state = run.read_status() if (run.path / "status.json").exists() else {"state": "stopped"}
-        if state["state"] not in ("done", "failed"):
+        status = run.status
+        state = status.get("state")
+        if state not in ("done", "failed"):
             return False
-        code = int(state.get("exit_code", NotConverged.exit_code)) if state["state"] == "failed" else 0
+        code = int(status.get("exit_code", NotConverged.exit_code)) if state == "failed" else 0
         if code and code not in FAILURES:
             return False
-        self.outcomes[level.name] = Outcome(state["state"], str(state.get("reason", "")), code)
-        if state["state"] == "done":
+        self.outcomes[level.name] = Outcome(state, str(status.get("reason", "")), code)
+        if state == "done":
             self._learn(scene, START_SECONDS + _spent(run))
-        self.tell(f"{level.name}: {state['state']} already")
+        self.tell(f"{level.name}: {state} already")
         return True
 
     def _fits(self, level: Level) -> bool:
@@ -181,7 +199,7 @@ class Jobs:
 
     def _ended(self, level: Level, code: int, seconds: float) -> None:
         run = self.run_of(level)
-        reason = str(run.read_status().get("reason", "")) if (run.path / "status.json").exists() else ""
+        reason = str(run.status.get("reason", ""))
         if code == 0:
             self.outcomes[level.name] = Outcome("done")
             self._learn(run.scene, START_SECONDS + _spent(run))

@@ -10,8 +10,8 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from knotfem.errors import InputError
-from knotfem.run.files import cannot_write, read_json, write_json
+from knotfem.errors import InputError, cannot_write
+from knotfem.files import read_json, write_json
 from knotfem.scene.control import OLDER_KEYS
 from knotfem.scene.model import Scene
 from knotfem.study.convergence import ConvergenceStudy

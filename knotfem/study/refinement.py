@@ -96,28 +96,34 @@ def _sizes(scene: Scene) -> tuple[float, ...]:
 
 def _levels(name: str, scene: Scene) -> list[Level]:
     """Levels of a series; none where the scene does not have it."""
+    if name in SIZES:
+        return _scaled(name, scene)
+    makers = {"section": _section_levels, "uniform": _uniform, "element": _elements, "model": _models}
+    return makers[name](scene) if name in makers else []
+
+
+def _scaled(name: str, scene: Scene) -> list[Level]:
+    """Levels of a series that changes one number."""
     solid, contact = scene.model == "fem", scene.contact.enabled
-    if name == "section":
-        return [_section(scene, n) for n in _sections(scene)] if solid else []
-    if name == "uniform":
-        return _uniform(scene)
-    if name == "element":
-        return _elements(scene) if solid else []
-    if name == "model":
-        other = "rod" if solid else "fem"
-        return [Level(f"model-{other}", name, f"model {other}", None, (f"model={other}",))]
-    has = {
-        "penalty": contact and solid,
-        "sampling": contact,
-        "stick": solid and any(frictions_of(scene)),
-        "step": bool(scene.steps),
+    lacks = {
+        "penalty": not (contact and solid),
+        "sampling": not contact,
+        "stick": not (solid and any(frictions_of(scene))),
+        "step": not scene.steps,
     }
-    if name not in SIZES or not has.get(name, True):
+    if lacks.get(name):
         return []
-    change = _CHANGES[name]
-    return [
-        Level(f"{name}-x{size:g}", name, _says(change(scene, size)), size, change(scene, size)) for size in SIZES[name]
-    ]
+    changes = [(size, _CHANGES[name](scene, size)) for size in SIZES[name]]
+    return [Level(f"{name}-x{size:g}", name, _says(overrides), size, overrides) for size, overrides in changes]
+
+
+def _models(scene: Scene) -> list[Level]:
+    other = "rod" if scene.model == "fem" else "fem"
+    return [Level(f"model-{other}", "model", f"model {other}", None, (f"model={other}",))]
+
+
+def _section_levels(scene: Scene) -> list[Level]:
+    return [_section(scene, n) for n in _sections(scene)] if scene.model == "fem" else []
 
 
 def _sections(scene: Scene) -> list[int]:
@@ -168,6 +174,8 @@ def _uniform(scene: Scene) -> list[Level]:
 
 def _elements(scene: Scene) -> list[Level]:
     """Every other element on the scene's mesh and all on a coarser one; quadratic ones on meshes of far fewer."""
+    if scene.model != "fem":
+        return []
     own = scene.rods[0].mesh
     coarser = [n for n in SECTIONS if n < own.section_elements]
     levels = []

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from knotfem.compiled import kernel
+from knotfem.geometry.rotation import unit
 from knotfem.solver.term import Role, Term
 from knotfem.sparse.pattern import Matrix, stencil_keys, view_of
 from knotfem.sparse.scatter import MatrixView, add_blocks
@@ -44,17 +45,15 @@ class EdgeView(NamedTuple):
 def _assemble(x: np.ndarray, edges: EdgeView, residual: np.ndarray, matrix: MatrixView) -> bool:
     width = len(matrix.components)
     block = np.zeros((2 * width, 2 * width))
-    d = np.empty(3)
     for k in range(edges.length.size):
         i, j = edges.nodes[k]
         h, stiffness, direction = edges.length[k], edges.stiffness[k], edges.direction[k]
         for c in range(3):
-            d[c] = x[j, c] - x[i, c]
-        length = np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
+            direction[c] = x[j, c] - x[i, c]
+        length = unit(direction, direction)
         carried = stiffness * (length / h - 1.0 - edges.rest[k])
         edges.excess[k] = carried - edges.force[k]
         for c in range(3):
-            direction[c] = d[c] / length
             residual[i, c] -= carried * direction[c]
             residual[j, c] += carried * direction[c]
         if not matrix.wanted:
@@ -82,7 +81,6 @@ class AxialStiffness(Term):
         stiffness: EA of each [N], shape [edges].
         merit_stiffness: moderate axial stiffness of the line search's merit [N], shape [edges]; the true one rejects
             every rotation.
-        width: unknowns of a node.
 
     Attributes:
         view: edges and axial forces.
@@ -97,9 +95,8 @@ class AxialStiffness(Term):
         length: np.ndarray,
         stiffness: np.ndarray,
         merit_stiffness: np.ndarray,
-        width: int,
     ) -> None:
-        self.name, self.width = name, width
+        self.name = name
         count = len(edges)
         self.view = EdgeView(
             np.asarray(edges, dtype=np.int64),
@@ -134,7 +131,7 @@ class AxialStiffness(Term):
         return self.view.stiffness * (self.strain(x) - self.view.rest)
 
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
-        return _assemble(x, self.view, residual, view_of(matrix, self.width))
+        return _assemble(x, self.view, residual, view_of(matrix, residual.shape[1]))
 
     def increment(self, du: np.ndarray) -> None:
         v, (first, second) = self.view, self.view.nodes.T

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from knotfem.geometry.vectors import unit_vectors
 from knotfem.solver.term import Role, Term, TimeStep
 from knotfem.sparse.pattern import Matrix
 from knotfem.sparse.scatter import add_node_blocks
@@ -38,8 +39,7 @@ class ViscousDrag(Term):
     def begin(self, step: TimeStep) -> None:
         self._step = step
         x = step.start.x[:, :3]
-        t = x[self.edges[:, 1]] - x[self.edges[:, 0]]
-        t /= np.linalg.norm(t, axis=1)[:, None]
+        t = unit_vectors(x[self.edges[:, 1]] - x[self.edges[:, 0]])
         along = np.einsum("ki,kj->kij", t, t)
         half = 0.5 * self.lengths[:, None, None]
         weighted = half * (self.normal * np.eye(3) + (self.tangential - self.normal) * along)

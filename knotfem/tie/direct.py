@@ -9,12 +9,12 @@ from numpy.typing import ArrayLike
 
 from knotfem.errors import InputError
 from knotfem.tie.direction import resolve_direction
-from knotfem.tie.path import check_target, mean_chord, polyline_stretch, straight_rod
+from knotfem.tie.path import CentrelinePath, check_target, straight_rod, stretch_range
 from knotfem.types import Array
 
 
 @dataclass(frozen=True, kw_only=True)
-class DirectPath:
+class DirectPath(CentrelinePath):
     """The straight rod at mapping time 0 and the knot at 1, and nothing between.
 
     Attributes:
@@ -29,11 +29,6 @@ class DirectPath:
     direction: Array
     kind: str = "direct"
 
-    @property
-    def chord(self) -> float:
-        """Edge length h of the straight rod, mm."""
-        return mean_chord(self.target)
-
     def at(self, t: float) -> Array:
         """Return the straight rod at t = 0 or the knot at t = 1, shape (n + 1, 3), mm.
 
@@ -44,20 +39,9 @@ class DirectPath:
             raise InputError("the direct path has no intermediate states", found=t, expected="mapping time 0 or 1")
         return (self.straight if t == 0.0 else self.target).copy()
 
-    def stretch(self, t: float) -> Array:
-        """Return the stretches at t = 0 or t = 1, edge length over h, shape (n,)."""
-        return polyline_stretch(self.at(t), self.chord)
-
     def describe(self) -> dict[str, Any]:
         """Return the direction and the extreme stretches of the knot."""
-        stretch = self.stretch(1.0)
-        return {
-            "kind": self.kind,
-            "direction": self.direction.tolist(),
-            "min_stretch": float(stretch.min()),
-            "max_stretch": float(stretch.max()),
-            "max_stretch_deviation": float(abs(stretch - 1.0).max()),
-        }
+        return {"kind": self.kind, "direction": self.direction.tolist(), **stretch_range(self.stretch(1.0))}
 
 
 def direct_path(

@@ -8,8 +8,7 @@ from scipy.optimize import nnls
 from scipy.spatial import ConvexHull, QhullError
 
 from knotfem.errors import InputError
-from knotfem.geometry.vectors import unit_edges
-from knotfem.tie.path import check_direction
+from knotfem.geometry.vectors import unit, unit_edges
 from knotfem.types import Array
 
 
@@ -71,4 +70,4 @@ def resolve_direction(direction: str | ArrayLike, target: Array) -> Array:
         if direction != "best":
             raise InputError("wrong direction of the straight rod", found=direction, expected="'best' or a vector")
         return best_direction(unit_edges(target))
-    return check_direction(direction)
+    return unit(direction)

@@ -121,13 +121,3 @@ def extreme_stretches(start: Array, end: Array, temporary: Array) -> tuple[Array
 def deviation(start: Array, end: Array, temporary: Array) -> float:
     """Return max |lambda - 1| over all edges and all times in [0, 1]; arguments as in `stationary_times`."""
     return float(np.abs(extreme_stretches(start, end, temporary)[1] - 1.0).max())
-
-
-def stretch_range(start: Array, end: Array, temporary: Array) -> dict[str, float]:
-    """Return smallest and largest stretch and max |lambda - 1| by name; arguments as in `stationary_times`."""
-    stretches = extreme_stretches(start, end, temporary)[1]
-    return {
-        "min_stretch": float(stretches.min()),
-        "max_stretch": float(stretches.max()),
-        "max_stretch_deviation": float(np.abs(stretches - 1.0).max()),
-    }

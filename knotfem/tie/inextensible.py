@@ -11,14 +11,14 @@ from numpy.typing import ArrayLike
 
 from knotfem.geometry.vectors import perpendicular, unit_edges
 from knotfem.tie.direction import resolve_direction
-from knotfem.tie.path import check_target, check_time, mean_chord, polyline_stretch, straight_rod
+from knotfem.tie.path import CentrelinePath, check_target, check_time, straight_rod, stretch_range
 from knotfem.types import Array
 
 _REPORT_TIMES = np.linspace(0.0, 1.0, 41)
 
 
 @dataclass(frozen=True, kw_only=True)
-class InextensiblePath:
+class InextensiblePath(CentrelinePath):
     """Edge i at time t is l_i(t) (cos(t theta_i) E + sin(t theta_i) n_i); the centroid moves on a straight line.
 
     l_i(t) changes linearly from h to the chord of the target. With equal chords the stretch is 1 at all times, with
@@ -42,11 +42,6 @@ class InextensiblePath:
     seconds: float
     kind: str = "inextensible"
 
-    @property
-    def chord(self) -> float:
-        """Edge length h of the straight rod, mm."""
-        return mean_chord(self.target)
-
     def _offsets(self, t: float) -> Array:
         """Return the vertices relative to vertex 0, shape (n + 1, 3), mm."""
         lengths = (1.0 - t) * self.chord + t * np.linalg.norm(np.diff(self.target, axis=0), axis=1)
@@ -59,10 +54,6 @@ class InextensiblePath:
         move = self._offsets(t) - self._offsets(1.0)
         return self.target + (move - move.mean(axis=0)) + (1.0 - t) * self.drift
 
-    def stretch(self, t: float) -> Array:
-        """Return the stretches at mapping time t, edge length over h, shape (n,)."""
-        return polyline_stretch(self.at(t), self.chord)
-
     def describe(self) -> dict[str, Any]:
         """Return direction, largest angle, extreme stretches and curvature at 41 mapping times, and computing time."""
         stretches = np.array([self.stretch(t) for t in _REPORT_TIMES])
@@ -72,9 +63,7 @@ class InextensiblePath:
             "direction": self.direction.tolist(),
             "largest_turn_rad": float(self.angles.max()),
             "largest_curvature_over_target": float(max(turns) / turns[-1]) if turns[-1] > 1e-12 else 1.0,
-            "min_stretch": float(stretches.min()),
-            "max_stretch": float(stretches.max()),
-            "max_stretch_deviation": float(np.abs(stretches - 1.0).max()),
+            **stretch_range(stretches),
             "seconds": self.seconds,
         }
 

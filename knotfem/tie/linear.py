@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotfem.tie.direction import resolve_direction
-from knotfem.tie.extremes import stretch_range
-from knotfem.tie.path import check_target, check_time, mean_chord, polyline_stretch, straight_rod
+from knotfem.tie.extremes import extreme_stretches
+from knotfem.tie.path import CentrelinePath, check_target, check_time, straight_rod, stretch_range
 from knotfem.types import Array
 
 
 @dataclass(frozen=True, kw_only=True)
-class LinearPath:
+class LinearPath(CentrelinePath):
     """x_i(t) = X_i + t u_i.
 
     Source: Aymon et al., Extreme Mech. Lett. 81, 102413 (2025), Eq. (A.2).
@@ -32,19 +32,10 @@ class LinearPath:
     direction: Array
     kind: str = "linear"
 
-    @property
-    def chord(self) -> float:
-        """Edge length h of the straight rod, mm."""
-        return mean_chord(self.target)
-
     def at(self, t: float) -> Array:
         """Return the vertices at mapping time t, shape (n + 1, 3), mm."""
         t = check_time(t)
         return (1.0 - t) * self.straight + t * self.target
-
-    def stretch(self, t: float) -> Array:
-        """Return the stretches at mapping time t, edge length over h, shape (n,)."""
-        return polyline_stretch(self.at(t), self.chord)
 
     def describe(self) -> dict[str, Any]:
         """Return the direction and the exact extreme stretches over all times."""
@@ -52,7 +43,7 @@ class LinearPath:
         return {
             "kind": self.kind,
             "direction": self.direction.tolist(),
-            **stretch_range(self.direction, edges, np.zeros_like(edges)),
+            **stretch_range(extreme_stretches(self.direction, edges, np.zeros_like(edges))[1]),
         }
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from abc import ABC, abstractmethod
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,31 +12,35 @@ from knotfem.errors import InputError
 from knotfem.types import Array
 
 
-class CentrelinePath(Protocol):
+class CentrelinePath(ABC):
     """A continuous motion of the centreline from a straight rod, at mapping time t = 0, to the knot, at t = 1.
 
     Attributes:
         kind: name of the mapping, as `make_path` takes it.
-        chord: length h of every edge of the straight rod, mm.
+        target: vertices of the knot, shape (n + 1, 3), mm.
+        direction: unit vector E of the straight rod, shape (3,).
     """
 
-    @property
-    def kind(self) -> str: ...
+    kind: str
+    target: Array
+    direction: Array
 
     @property
-    def chord(self) -> float: ...
+    def chord(self) -> float:
+        """Edge length h of the straight rod, mm."""
+        return mean_chord(self.target)
 
+    @abstractmethod
     def at(self, t: float) -> Array:
         """Return the vertices at mapping time t in [0, 1], shape (n + 1, 3), mm."""
-        ...
 
     def stretch(self, t: float) -> Array:
         """Return the stretches at mapping time t, edge length over h, shape (n,)."""
-        ...
+        return np.linalg.norm(np.diff(self.at(t), axis=0), axis=1) / self.chord
 
+    @abstractmethod
     def describe(self) -> dict[str, Any]:
         """Return properties of the mapping, among them its extreme stretches, as values that JSON can hold."""
-        ...
 
 
 def check_target(target: ArrayLike) -> Array:
@@ -67,22 +72,6 @@ def check_time(t: float) -> float:
     if not 0.0 <= t <= 1.0:
         raise InputError("mapping time out of range", found=t, expected="0 <= t <= 1")
     return float(t)
-
-
-def check_direction(direction: ArrayLike) -> Array:
-    """Return the direction of the straight rod as a unit vector, shape (3,).
-
-    Raises:
-        InputError: not three finite numbers, or zero.
-    """
-    vector = np.array(direction, dtype=float)
-    if vector.shape != (3,) or not np.isfinite(vector).all() or not np.linalg.norm(vector) > 0.0:
-        raise InputError(
-            "wrong direction of the straight rod",
-            found=direction,
-            expected="three finite numbers, not all zero",
-        )
-    return vector / np.linalg.norm(vector)
 
 
 def check_start(start: ArrayLike) -> Array:
@@ -122,14 +111,14 @@ def straight_rod(target: Array, direction: Array, start: ArrayLike | None = None
     return first + arclength[:, None] * direction
 
 
-def polyline_stretch(points: Array, chord: float) -> Array:
-    """Return the edge lengths of a polyline relative to a chord.
+def stretch_range(stretches: Array) -> dict[str, float]:
+    """Return smallest and largest stretch and max |lambda - 1| by name.
 
     Args:
-        points: vertices, shape (n + 1, 3), mm.
-        chord: edge length at stretch 1, mm.
-
-    Returns:
-        Shape (n,).
+        stretches: of any shape.
     """
-    return np.linalg.norm(np.diff(points, axis=0), axis=1) / chord
+    return {
+        "min_stretch": float(stretches.min()),
+        "max_stretch": float(stretches.max()),
+        "max_stretch_deviation": float(np.abs(stretches - 1.0).max()),
+    }

@@ -14,17 +14,11 @@ from numpy.polynomial.legendre import legvander
 from numpy.typing import ArrayLike
 
 from knotfem.errors import InputError, NotConverged
+from knotfem.geometry.vectors import unit
 from knotfem.tie.direction import candidate_directions
-from knotfem.tie.extremes import stretch_range
+from knotfem.tie.extremes import extreme_stretches
 from knotfem.tie.minimax import Minimax, Shape
-from knotfem.tie.path import (
-    check_direction,
-    check_target,
-    check_time,
-    mean_chord,
-    polyline_stretch,
-    straight_rod,
-)
+from knotfem.tie.path import CentrelinePath, check_target, check_time, mean_chord, straight_rod, stretch_range
 from knotfem.types import Array
 
 _STARTS = 4
@@ -37,7 +31,7 @@ _HIGHEST_DEGREE = 40
 
 
 @dataclass(frozen=True, kw_only=True)
-class PolynomialPath:
+class PolynomialPath(CentrelinePath):
     """x_i(t) = (1 - t) X_i + t x_i + t (1 - t) v_i, which is Eq. (A.3) with u_i = x_i - X_i.
 
     Attributes:
@@ -58,19 +52,10 @@ class PolynomialPath:
     search: dict[str, Any]
     kind: str = "polynomial"
 
-    @property
-    def chord(self) -> float:
-        """Edge length h of the straight rod, mm."""
-        return mean_chord(self.target)
-
     def at(self, t: float) -> Array:
         """Return the vertices at mapping time t, shape (n + 1, 3), mm."""
         t = check_time(t)
         return (1.0 - t) * self.straight + t * self.target + t * (1.0 - t) * self.temporary
-
-    def stretch(self, t: float) -> Array:
-        """Return the stretches at mapping time t, edge length over h, shape (n,)."""
-        return polyline_stretch(self.at(t), self.chord)
 
     def describe(self) -> dict[str, Any]:
         """Return direction, degree, coefficients, exact extreme stretches over all times, and facts of the search."""
@@ -81,7 +66,7 @@ class PolynomialPath:
             "direction": self.direction.tolist(),
             "degree": len(self.coefficients) - 1,
             "coefficients_mm": self.coefficients.tolist(),
-            **stretch_range(self.direction, edges, temporary),
+            **stretch_range(extreme_stretches(self.direction, edges, temporary)[1]),
             **self.search,
         }
 
@@ -178,7 +163,7 @@ def _search(problem: Minimax, direction: str | ArrayLike) -> tuple[Shape, int]:
     if problem.free_direction:
         guesses = [problem.first_guess(towards, towards) for towards in halfway]
     else:
-        given = check_direction(direction)
+        given = unit(direction)
         guesses = [problem.first_guess(given, towards) for towards in (given, *halfway)]
     guesses.sort(key=lambda guess: guess.deviation)
     reached = guesses[:1]

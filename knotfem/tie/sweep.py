@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotfem.errors import InputError
+from knotfem.geometry.measures import vertex_means
 from knotfem.geometry.vectors import unit_edges
 from knotfem.tie.path import check_target
 from knotfem.types import Array
@@ -92,7 +93,7 @@ def _lateral_stretch(stretch: ArrayLike, count: int, poisson: float) -> Array:
     edges = _check_shape("stretch", stretch, (count - 1,))
     if edges.min() <= 0.0:
         raise InputError("a stretch is not positive", found=edges.min())
-    return np.concatenate([edges[:1], 0.5 * (edges[1:] + edges[:-1]), edges[-1:]]) ** -poisson
+    return vertex_means(edges) ** -poisson
 
 
 def _refuse_intersections(shortening: Array, curvature: Array) -> None:

@@ -15,7 +15,7 @@ Kind = Literal["relative", "absolute", "at most", "at least", "above", "equal"]
 LIMITS: dict[Kind, str] = {"at most": "<= ", "at least": ">= ", "above": "> "}
 """Kinds whose expected value is a limit, and how it is shown."""
 COLUMNS = (
-    "case", "title", "quantity", "expected", "found", "deviation", "tolerance", "kind", "result", "source", "mesh",
+    "case", "title", "quantity", "expected", "found", "deviation", "tolerance", "kind", "verdict", "source", "mesh",
     "seconds",
 )  # fmt: skip
 """Of the table of results."""
@@ -139,14 +139,14 @@ class Result:
                 "deviation": q.deviation if np.isfinite(q.deviation) else "",
                 "tolerance": q.tolerance,
                 "kind": q.kind,
-                "result": "pass" if q.passed else "FAIL",
+                "verdict": "pass" if q.passed else "FAIL",
                 **tail,
             }
             for q in self.quantities
         ]
         if self.error:
             nothing = {"expected": "", "found": "", "deviation": "", "tolerance": 0.0, "kind": ""}
-            rows.append({**common, "quantity": self.error, **nothing, "result": "FAIL", **tail})
+            rows.append({**common, "quantity": self.error, **nothing, "verdict": "FAIL", **tail})
         return rows
 
 

@@ -84,7 +84,7 @@ def test_model_of_a_run_is_what_it_is(folder: Path, verb: str) -> None:
 def test_set_out_from_another_run(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scenes, known = [], []
     monkeypatch.setattr(knotfem.api, "source_rods", lambda scene: known.append(scene.tie.source_state))
-    monkeypatch.setattr(knotfem.api, "drive", lambda scene, *arguments, **options: scenes.append(scene))
+    monkeypatch.setattr(knotfem.api, "drive", lambda run, *arguments, **options: scenes.append(run.scene))
     assert call("tie", "overhand", "--model", "rod", "--from", "solid", "-o", "new").exit_code == 0
     assert scenes[0].tie.source == str(folder / "solid")
     assert load_scene("new/scene.toml") == scenes[0]

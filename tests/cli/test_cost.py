@@ -57,8 +57,8 @@ def test_accuracy_takes_what_cost_stored(measured, tmp_path, monkeypatch):
     (tmp_path / "kept.json").rename(tmp_path / "data" / "knotfem" / "recommendations.json")
     pulled = []
 
-    def drive(scene, run, goal, progress, **options) -> None:
-        pulled.append((scene, run))
+    def drive(run, goal, progress, **options) -> None:
+        pulled.append((run.scene, run))
 
     monkeypatch.setattr(knotfem.api, "drive", drive)
     result = call(

@@ -16,8 +16,8 @@ import knotfem.results
 import knotfem.run
 from knotfem import errors, shipped
 from knotfem.models.base import Additions
-from knotfem.plot.auto import RunFigures
 from knotfem.results.fields import StateFields
+from knotfem.results.figures import RunFigures
 from knotfem.run.directory import TIED, RunDirectory
 from knotfem.run.tables import write_table
 from knotfem.run.vtkhdf import VtkHdfSeries
@@ -50,11 +50,11 @@ def calls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Calls:
     monkeypatch.chdir(tmp_path)
     made: Calls = []
 
-    def drive(scene: Scene, run: RunDirectory, goal: str, progress: object, **options: object) -> None:
+    def drive(run: RunDirectory, goal: str, progress: object, **options: object) -> None:
         assert isinstance(options["figures"], RunFigures)
         assert isinstance(options["additions"], Additions)
         assert options["additions"].empty
-        made.append((goal, scene, run))
+        made.append((goal, run.scene, run))
         if goal == "tie":
             run.write_status("done", goal=goal)
             run.checkpoints.save({"simulation": {}, "summary": {}}, {"goal": goal, "rows": {}}, name=TIED)
@@ -87,6 +87,14 @@ def test_tie(calls: Calls) -> None:
     assert load_scene(run.scene_file) == scene
     assert "run directory runs/bowline-1" in result.stderr
     assert "wall_s  1.5" in result.stderr
+
+
+@pytest.mark.parametrize("key", ["centerline", "centreline"])
+def test_a_centreline_in_either_spelling(calls: Calls, key: str) -> None:
+    assert (
+        call("tie", "overhand", "--set", f"rods.0.{key}=figure_eight", "--set", "rods.0.length=528 mm").exit_code == 0
+    )
+    assert calls[0][1].rods[0].centerline == "figure_eight"
 
 
 def test_quiet_and_json(calls: Calls) -> None:

@@ -81,7 +81,7 @@ def test_json_and_csv_hold_the_same(tmp_path: Path) -> None:
     lines = [json.loads(line) for line in result.output.splitlines()]
     with (tmp_path / "table.csv").open() as file:
         rows = list(csv.DictReader(file))
-    assert [row["result"] for row in rows] == [line["result"] for line in lines] == ["pass", "pass", "FAIL", "FAIL"]
+    assert [row["verdict"] for row in rows] == [line["verdict"] for line in lines] == ["pass", "pass", "FAIL", "FAIL"]
     assert [row["case"] for row in rows] == ["one:a", "one:a", "one:b", "two"]
     assert float(rows[0]["found"]) == lines[0]["found"] == 1.004
     assert "no balance" in rows[3]["quantity"]

@@ -290,9 +290,11 @@ def test_both_models_take_a_sphere_into_a_scene(model):
     built = build_model(scene, Additions(obstacles=(kf.Obstacle(sphere, friction=0.2),)))
     contacts = [term for term in built.terms if isinstance(term, ObstacleContact)]
     assert contacts[-1].obstacle is sphere
-    (rubbing,) = (term for term in built.terms if isinstance(term, Friction) and term.contact is contacts[-1])
-    assert rubbing.number == len(contacts) == 2
-    np.testing.assert_array_equal(rubbing.mu, 0.2)
+    assert [contact.name for contact in contacts] == ["cylinder", "obstacle"]
+    (friction,) = (term for term in built.terms if isinstance(term, Friction) and term.contact is contacts[-1])
+    assert friction.name == "obstacle friction"
+    assert friction.number == contacts[-1].number == len(contacts) == 2
+    np.testing.assert_array_equal(friction.mu, 0.2)
 
 
 @pytest.mark.parametrize("model", ["fem", "rod"])

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from knotfem.geometry.measures import arclength, curvature, turning_angles
+from knotfem.geometry.measures import arclength, curvature, turning_angles, vertex_means
 
 
 def test_arclength_and_curvature_of_a_circle() -> None:
@@ -16,3 +16,8 @@ def test_arclength_and_curvature_of_a_circle() -> None:
 def test_curvature_between_uneven_edges() -> None:
     corner = [[-1.0, 0, 0], [0, 0, 0], [3 * np.cos(0.4), 3 * np.sin(0.4), 0]]
     assert curvature(corner) == pytest.approx(np.full(3, np.sin(0.2)))
+
+
+def test_means_at_vertices_and_the_values_of_the_outer_edges() -> None:
+    assert vertex_means(np.array([1.0, 3.0, 7.0])) == pytest.approx([1.0, 2.0, 5.0, 7.0])
+    assert vertex_means(np.array([[1.0, 2.0]])) == pytest.approx(np.array([[1.0, 2.0], [1.0, 2.0]]))

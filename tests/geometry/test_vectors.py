@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from knotfem.errors import InputError
-from knotfem.geometry.vectors import angles_between, perpendicular, unit, unit_edges
+from knotfem.geometry.vectors import along_and_across, angles_between, perpendicular, unit, unit_edges, unit_vectors
 
 
 def test_unit_has_length_one() -> None:
@@ -15,6 +15,10 @@ def test_unit_has_length_one() -> None:
 def test_unit_refuses_what_has_no_direction(vector: list) -> None:
     with pytest.raises(InputError, match="not a direction"):
         unit(vector)
+
+
+def test_unit_vectors_are_scaled_one_by_one() -> None:
+    assert unit_vectors(np.array([[0.0, 3, 4], [-2, 0, 0]])) == pytest.approx(np.array([[0, 0.6, 0.8], [-1, 0, 0]]))
 
 
 def test_unit_edges_follow_the_polyline() -> None:
@@ -37,6 +41,12 @@ def test_perpendicular_is_a_unit_vector_across(seed: int) -> None:
 )
 def test_perpendicular_of_an_axis_is_the_next_axis(direction: list[float], expected: list[float]) -> None:
     assert perpendicular(unit(direction)) == pytest.approx(expected, abs=1e-11)
+
+
+def test_components_along_and_across_a_direction() -> None:
+    along, across = along_and_across(np.array([[3.0, 4.0, -2.0], [0.0, 0.0, 5.0]]), np.eye(3)[[2, 2]])
+    assert along == pytest.approx([-2.0, 5.0])
+    assert across == pytest.approx([5.0, 0.0])
 
 
 @pytest.mark.parametrize("angle", [0.0, 1e-12, 1e-8, 0.3, 0.5 * np.pi, 3.0, np.pi - 1e-8, np.pi])

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -5,7 +7,7 @@ from knotfem.errors import InputError, MissingDependency
 from knotfem.mesh.rod import RodMesh, extrude
 from knotfem.mesh.section_file import read_section
 from knotfem.plot import opengl
-from knotfem.plot.render import Camera, Cylinder, render_mesh, show_mesh, zoomed
+from knotfem.plot.render import Camera, Cylinder, Look, render_mesh, show_mesh, zoomed
 
 
 @pytest.fixture(scope="module")
@@ -19,19 +21,19 @@ def picture(path) -> np.ndarray:
     return np.asarray(Image.open(path).convert("RGB")).astype(int)
 
 
-def draw(rod: RodMesh, out, **options) -> np.ndarray | None:
+def draw(rod: RodMesh, out, look: Look, **options) -> np.ndarray | None:
     """The picture; nothing on a machine without OpenGL, which must say so."""
     if opengl.find_window() is None:
         with pytest.raises(MissingDependency, match="apt-get install"):
-            render_mesh(rod.nodes, rod.hexes, out, **options)
+            render_mesh(rod.nodes, rod.hexes, out, look, **options)
         return None
-    render_mesh(rod.nodes, rod.hexes, out, **options)
+    render_mesh(rod.nodes, rod.hexes, out, look, **options)
     return picture(out)
 
 
 def test_a_standing_rod_fills_the_picture_upright_and_coloured_from_low_to_high(rod, tmp_path):
-    pixels = draw(rod, tmp_path / "a.png", scalars=rod.nodes[:, 2], rings=[rod.ring_nodes], size=(150, 400),
-                  camera=Camera(direction=(0, 1, 0)), colour_map="coolwarm", title="rod", label="z (mm)")  # fmt: skip
+    look = Look(rod.nodes[:, 2], [rod.ring_nodes], colour_map="coolwarm", label="z (mm)")
+    pixels = draw(rod, tmp_path / "a.png", look, size=(150, 400), camera=Camera(direction=(0, 1, 0)), title="rod")
     if pixels is None:
         return
     assert pixels.shape == (400, 150, 3)
@@ -45,17 +47,17 @@ def test_a_standing_rod_fills_the_picture_upright_and_coloured_from_low_to_high(
 
 def test_cell_values_colour_as_nodal_ones_and_facets_can_be_drawn(rod, tmp_path):
     cells = rod.nodes[rod.hexes, 2].mean(axis=1)
-    smooth = draw(rod, tmp_path / "a.png", scalars=cells, rings=[rod.ring_nodes], size=(120, 200))
-    facets = draw(rod, tmp_path / "b.png", scalars=cells, size=(120, 200), limits=(0.0, 40.0))
+    smooth = draw(rod, tmp_path / "a.png", Look(cells, [rod.ring_nodes]), size=(120, 200))
+    facets = draw(rod, tmp_path / "b.png", Look(cells, limits=(0.0, 40.0)), size=(120, 200))
     if smooth is not None and facets is not None:
         assert np.abs(smooth - facets).mean() < 12
         assert (smooth != facets).any()
 
 
 def test_a_cylinder_is_drawn_grey(rod, tmp_path):
-    bare = draw(rod, tmp_path / "a.png", rings=[rod.ring_nodes], size=(200, 200))
+    bare = draw(rod, tmp_path / "a.png", Look(rings=[rod.ring_nodes]), size=(200, 200))
     cylinder = Cylinder((10.0, 0.0, 20.0), (0.0, 1.0, 0.0), 5.0)
-    with_it = draw(rod, tmp_path / "b.png", rings=[rod.ring_nodes], cylinders=[cylinder], size=(200, 200))
+    with_it = draw(rod, tmp_path / "b.png", Look(rings=[rod.ring_nodes], cylinders=[cylinder]), size=(200, 200))
     if bare is None or with_it is None:
         return
     added = (np.abs(bare - with_it).max(axis=2) > 20) & (np.ptp(with_it, axis=2) < 25)
@@ -73,9 +75,9 @@ def test_an_endless_cylinder_reaches_as_far_as_the_rods_lie_around_it():
 
 
 def test_zooming_shows_the_target_larger(rod, tmp_path):
-    far = draw(rod, tmp_path / "a.png", rings=[rod.ring_nodes], size=(100, 100))
-    near = draw(rod, tmp_path / "b.png", rings=[rod.ring_nodes], size=(100, 100),
-                camera=zoomed(Camera(), rod.nodes[rod.axis_nodes[8:12]], 3.0))  # fmt: skip
+    far = draw(rod, tmp_path / "a.png", Look(rings=[rod.ring_nodes]), size=(100, 100))
+    camera = zoomed(Camera(), rod.nodes[rod.axis_nodes[8:12]], 3.0)
+    near = draw(rod, tmp_path / "b.png", Look(rings=[rod.ring_nodes]), size=(100, 100), camera=camera)
     if far is not None and near is not None:
         assert (near.min(axis=2) < 200).sum() > 2 * (far.min(axis=2) < 200).sum()
 
@@ -88,13 +90,13 @@ def test_rods_in_a_window_share_their_colours_and_stand_beside_endless_cylinders
     monkeypatch.setattr(pyvista.Plotter, "show", lambda plotter: shown.append(plotter) or "viewer")
     halves = [rod.ring_nodes[:11], rod.ring_nodes[10:]]
     cylinder = Cylinder((8.0, 0.0, 20.0), (0.0, 1.0, 0.0), 5.0)
-    options = {"scalars": rod.nodes[:, 2], "rings": halves, "label": "z (mm)"}
-    assert show_mesh(rod.nodes, rod.hexes, cylinders=[cylinder], **options) == "viewer"
+    look = Look(rod.nodes[:, 2], halves, label="z (mm)")
+    assert show_mesh(rod.nodes, rod.hexes, replace(look, cylinders=[cylinder])) == "viewer"
     *rods, obstacle = (actor.mapper for actor in shown[0].actors.values() if hasattr(actor.mapper, "dataset"))
     assert [mapper.scalar_range for mapper in rods] == [pytest.approx((0.0, 40.0))] * 2
     assert np.ptp(obstacle.dataset.points[:, 1]) == pytest.approx(cylinder.extent(rod.nodes)[2], abs=0.2)
     assert list(shown[0].scalar_bars.keys()) == ["z (mm)"]
-    show_mesh(rod.nodes, rod.hexes, limits=(-50.0, 50.0), **options)
+    show_mesh(rod.nodes, rod.hexes, replace(look, limits=(-50.0, 50.0)))
     assert {actor.mapper.scalar_range for actor in shown[1].actors.values() if hasattr(actor.mapper, "dataset")} == {
         (-50.0, 50.0)
     }
@@ -104,7 +106,7 @@ def test_refusals_come_before_any_drawing(rod, tmp_path):
     with pytest.raises(InputError, match=r"found \.jpg; expected \.png"):
         render_mesh(rod.nodes, rod.hexes, tmp_path / "a.jpg")
     with pytest.raises(InputError, match="scalars do not fit"):
-        render_mesh(rod.nodes, rod.hexes, tmp_path / "a.png", scalars=np.zeros(7))
+        render_mesh(rod.nodes, rod.hexes, tmp_path / "a.png", Look(np.zeros(7)))
     assert list(tmp_path.iterdir()) == []
 
 

@@ -31,8 +31,8 @@ def drawn(monkeypatch: pytest.MonkeyPatch, folder: Path, colour: str, low: float
     series.close()
     asked: dict[str, Any] = {}
     shown: dict[str, Any] = {}
-    monkeypatch.setattr(pictures, "render_mesh", lambda points, cells, out, **options: asked.update(options))
-    monkeypatch.setattr(pictures, "show_mesh", lambda points, cells, **options: shown.update(options))
+    monkeypatch.setattr(pictures, "render_mesh", lambda points, cells, out, look: asked.update(vars(look)))
+    monkeypatch.setattr(pictures, "show_mesh", lambda points, cells, look: shown.update(vars(look)))
     state = open_run(run.path).state()
     state.render(folder / "a.png", colour)
     state.show(colour)

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from knotfem import files
 from knotfem.errors import InputError
-from knotfem.run import files
 from knotfem.run.columns import FORCE_COLUMNS, TIE_COLUMNS
 from knotfem.run.directory import TIED, RunDirectory
 from knotfem.run.disk import DiskStore
@@ -41,7 +41,7 @@ def test_a_run_is_not_overwritten(run: RunDirectory, scene: Scene) -> None:
 
 def test_force_removes_what_the_run_wrote_and_nothing_else(run: RunDirectory, scene: Scene) -> None:
     run.write_summary({"steps": 3})
-    run.log(step=1)
+    DiskStore(run).log({"step": 1})
     run.checkpoints.save({}, {})
     for name in ("stretch.png", "stretch-red.png", "knot-twist.png"):
         (run.path / name).write_text("drawn")
@@ -89,17 +89,24 @@ def test_no_run(tmp_path: Path) -> None:
 def test_status(run: RunDirectory) -> None:
     with pytest.raises(InputError, match="cannot be read"):
         run.read_status()
+    assert run.status == {}
     run.write_status("running", phase="pull", displacement_mm=3.0)
     status = run.read_status()
     assert (status["state"], status["phase"], status["displacement_mm"]) == ("running", "pull", 3.0)
     assert status["pid"] == os.getpid()
+    assert run.status == status
 
 
 def test_log(run: RunDirectory) -> None:
-    run.log(step=1, force_N=0.5)
-    run.log(step=2, force_N=float("nan"))
+    store = DiskStore(run)
+    assert store.logged == 0
+    store.log({"step": 1, "force_N": 0.5})
+    store.log({"step": 2, "force_N": float("nan")})
     lines = [json.loads(line) for line in (run.path / "log.jsonl").read_text().splitlines()]
     assert lines == [{"step": 1, "force_N": 0.5}, {"step": 2, "force_N": None}]
+    assert store.logged == 2
+    store.keep_log(1)
+    assert [json.loads(line) for line in (run.path / "log.jsonl").read_text().splitlines()] == lines[:1]
 
 
 def test_tables(run: RunDirectory) -> None:

@@ -8,14 +8,15 @@ import numpy as np
 import pytest
 
 from knotfem.errors import InputError, Interrupted, KnotLost, NotConverged, Stopped
-from knotfem.plot.auto import RunFigures
 from knotfem.results.data import open_run
+from knotfem.results.figures import RunFigures
+from knotfem.run import checkpoint
 from knotfem.run.directory import RunDirectory
 from knotfem.run.driver import Driver, drive, goal_of
 from knotfem.run.monitor import KnotMonitor
 from knotfem.run.stop import StopRequest
 from knotfem.run.tables import read_table
-from knotfem.scene import Scene, load_scene
+from knotfem.scene import load_scene
 
 COARSE = (
     "rods.0.length=400 mm",
@@ -31,18 +32,18 @@ COARSE = (
 MODELS = ("fem", "rod")
 
 
-def tie(scene: Scene, run: RunDirectory) -> None:
-    drive(scene, run, "tie")
+def tie(run: RunDirectory) -> None:
+    drive(run, "tie")
 
 
-def pull(scene: Scene, run: RunDirectory) -> None:
-    drive(scene, run, "pull")
+def pull(run: RunDirectory) -> None:
+    drive(run, "pull")
 
 
 def resume(path) -> None:
     """Go on with a run that another process might have left."""
     run = RunDirectory.open(path)
-    drive(run.scene, run, goal_of(run))
+    drive(run, goal_of(run))
 
 
 def coarse(*overrides: str, scene: str = "overhand"):
@@ -53,7 +54,7 @@ def coarse(*overrides: str, scene: str = "overhand"):
 def pulled(request, tmp_path_factory) -> RunDirectory:
     scene = coarse(f"model={request.param}")
     run = RunDirectory.create(scene, tmp_path_factory.mktemp("driver") / "run")
-    drive(scene, run, "pull", figures=RunFigures())
+    drive(run, "pull", figures=RunFigures())
     return run
 
 
@@ -125,7 +126,7 @@ def stopped_halfway(scene, path, whole: RunDirectory, monkeypatch) -> RunDirecto
     with monkeypatch.context() as patch:
         stop_after(summary["newton_iterations"] + summary["steps"] - in_last // 2, patch)
         with pytest.raises(Stopped):
-            pull(scene, run)
+            pull(run)
     assert run.read_status()["state"] == "stopped"
     resume(run.path)
     return run
@@ -153,7 +154,7 @@ LOADED = (
 def test_stopped_load_goes_on_to_the_same_bits(tmp_path, monkeypatch, model):
     scene = load_scene("cantilever", [f"model={model}", *LOADED])
     whole = RunDirectory.create(scene, tmp_path / "whole")
-    pull(scene, whole)
+    pull(whole)
     run = stopped_halfway(scene, tmp_path / "stopped", whole, monkeypatch)
     assert_same_bits(whole, run, "force.csv", "tension.csv")
 
@@ -162,10 +163,29 @@ def test_state_after_a_step_is_gone_on_from_to_the_same_bits(tmp_path):
     """From the tied knot on, in one go and in two commands."""
     scene = coarse("model=rod", "rods.0.mesh.element_length=8 mm", "steps.1.displacement=2 mm")
     once, twice = (RunDirectory.create(scene, tmp_path / name) for name in ("once", "twice"))
-    pull(scene, once)
-    tie(scene, twice)
-    pull(scene, twice)
+    pull(once)
+    tie(twice)
+    pull(twice)
     assert_same_bits(once, twice, "force.csv", "tension.csv", "twist.csv")
+
+
+def test_knot_that_is_tied_by_the_mapping_alone_is_saved_once(tmp_path):
+    scene = coarse("model=rod", "contact.enabled=false", "steps.1.displacement=1 mm", "steps.0=none")
+    run = RunDirectory.create(scene, tmp_path / "run")
+    tie(run)
+    assert [path.name for path in run.checkpoints.paths()] == ["checkpoint-000001-tied.h5"]
+    pull(run)
+    assert run.checkpoints.named("tied") == run.checkpoints.paths()[0]
+
+
+def test_checkpoint_is_read_once_when_a_run_goes_on(tmp_path, monkeypatch):
+    scene = coarse(*QUICK)
+    run = RunDirectory.create(scene, tmp_path / "run")
+    tie(run)
+    read, reading = [], checkpoint.read_checkpoint
+    monkeypatch.setattr(checkpoint, "read_checkpoint", lambda path: read.append(path) or reading(path))
+    pull(run)
+    assert len(read) == 1
 
 
 def test_paths_of_the_mapping_end_in_the_same_equilibrium(tmp_path):
@@ -173,7 +193,7 @@ def test_paths_of_the_mapping_end_in_the_same_equilibrium(tmp_path):
     for path in ("direct", "inextensible", "linear"):
         scene = coarse(f"tie.path={path}", "tie.optimise_direction=false")
         run = RunDirectory.create(scene, tmp_path / path)
-        tie(scene, run)
+        tie(run)
         profile = open_run(run.path).tension().table
         ends[path] = np.stack([profile[f"{axis}_mm"] for axis in "xyz"], axis=1)
     assert np.abs(ends["inextensible"] - ends["direct"]).max() < 1e-3
@@ -187,7 +207,7 @@ def test_hopeless_tolerance_is_a_failure_with_its_state_saved(tmp_path, model):
     )
     run = RunDirectory.create(scene, tmp_path / "run")
     with pytest.raises(NotConverged):
-        tie(scene, run)
+        tie(run)
     assert run.read_status()["state"] == "failed"
     assert json.loads((run.path / "provenance.json").read_text())
 
@@ -199,7 +219,7 @@ LIMP = ("contact.stiffness_over_modulus=1e-9", "contact.line_stiffness_over_hert
 def assert_lost(run: RunDirectory, message: str) -> None:
     """The run ends with a lost knot, and with the same when it is resumed."""
     with pytest.raises(KnotLost, match=message) as first:
-        pull(run.scene, run)
+        pull(run)
     with pytest.raises(KnotLost) as again:
         resume(run.path)
     assert str(again.value) == str(first.value)
@@ -225,7 +245,7 @@ def test_without_contact_no_knot_is_watched_over(tmp_path, monkeypatch, model):
     monkeypatch.setattr(KnotMonitor, "lost", lambda *arguments: calls.append("lost"))
     scene = coarse(f"model={model}", "contact.enabled=false", "steps.1.displacement=120 mm")
     run = RunDirectory.create(scene, tmp_path / "run")
-    pull(scene, run)
+    pull(run)
     assert not calls
     assert run.read_summary()["knot_before"] == "3_1"
 
@@ -252,7 +272,7 @@ def test_whatever_ends_a_run_is_recorded_and_raised_also_on_a_full_disk(tmp_path
     scene = load_scene("cantilever", LOADED)
     run = RunDirectory.create(scene, tmp_path / "run")
     with pytest.raises(type(error)) as raised:
-        pull(scene, run)
+        pull(run)
     assert raised.value is error
     assert run.read_status()["state"] == state
     provenance = json.loads((run.path / "provenance.json").read_text())
@@ -264,11 +284,11 @@ def test_a_finished_run_is_left_as_it_is(tmp_path):
     run = RunDirectory.create(
         coarse("model=rod", "contact.enabled=false", "steps.1.displacement=1 mm"), tmp_path / "run"
     )
-    pull(run.scene, run)
+    pull(run)
     before = {path.name: path.read_bytes() for path in run.path.iterdir() if path.is_file()}
     assert run.read_status()["phase"] == "pull"
     resume(run.path)
-    pull(run.scene, run)
+    pull(run)
     assert {path.name: path.read_bytes() for path in run.path.iterdir() if path.is_file()} == before
 
 
@@ -278,7 +298,7 @@ def test_run_that_cannot_write_its_summary_has_failed(tmp_path, monkeypatch):
     scene = load_scene("cantilever", LOADED)
     run = RunDirectory.create(scene, tmp_path / "run")
     with pytest.raises(InputError, match="No space left"):
-        pull(scene, run)
+        pull(run)
     assert run.read_status()["state"] == "failed"
 
 
@@ -288,11 +308,11 @@ QUICK = ("model=rod", "rods.0.mesh.element_length=8 mm", "contact.enabled=false"
 def test_run_stopped_amid_the_mapping_begins_anew_to_the_same_bits(tmp_path, monkeypatch):
     scene = coarse(*QUICK)
     whole, run = (RunDirectory.create(scene, tmp_path / name) for name in ("whole", "stopped"))
-    pull(scene, whole)
+    pull(whole)
     with monkeypatch.context() as patch:
         stop_after(0, patch)
         with pytest.raises(Stopped, match="the mapping is computed anew by knotfem resume"):
-            pull(scene, run)
+            pull(run)
     assert run.checkpoints.latest() is None
     resume(run.path)
     assert_same_bits(whole, run, "tie.csv", "force.csv", "tension.csv", "twist.csv")
@@ -304,7 +324,7 @@ def test_interrupt_is_told_from_a_request_to_stop(tmp_path, monkeypatch):
     stop_after(20, monkeypatch)
     monkeypatch.setattr(StopRequest, "error", lambda self, *kept: Interrupted("interrupted"))
     with pytest.raises(Interrupted):
-        pull(scene, run)
+        pull(run)
     status = run.read_status()
     assert (status["state"], status["exit_code"]) == ("stopped", 130)
     assert run.checkpoints.latest() is not None
@@ -314,11 +334,11 @@ def test_interrupt_is_told_from_a_request_to_stop(tmp_path, monkeypatch):
 def test_checkpoint_of_an_older_version_is_refused_and_the_tables_stay(tmp_path, state):
     scene = coarse(*QUICK)
     run = RunDirectory.create(scene, tmp_path / "run")
-    tie(scene, run)
+    tie(run)
     metadata = {"goal": "pull", "next_step": 1, "inside": "pull", "rows": {"tie.csv": 1}}
     path = run.checkpoints.save(state, metadata, name="tied")
     before = (run.path / "tie.csv").read_bytes()
-    for go_on in (resume, lambda path: pull(run.scene, RunDirectory.open(path))):
+    for go_on in (resume, lambda path: pull(RunDirectory.open(path))):
         with pytest.raises(InputError, match="the checkpoint is of an older version; expected a new run") as refused:
             go_on(run.path)
         assert refused.value.file == path
@@ -329,9 +349,9 @@ def test_checkpoint_of_an_older_version_is_refused_and_the_tables_stay(tmp_path,
 def test_session_that_takes_another_linear_solver_says_so(tmp_path):
     scene = coarse(*QUICK)
     run = RunDirectory.create(scene, tmp_path / "run")
-    tie(scene, run)
+    tie(run)
     run.override(["solver.linear=superlu"])
-    pull(run.scene, run)
+    pull(run)
     assert run.read_summary()["linear_solver"] == "superlu"
     assert json.loads((run.path / "provenance.json").read_text())["linear_solver"] == "superlu"
 
@@ -340,7 +360,7 @@ def test_time_of_a_step_that_was_not_accepted_counts(tmp_path):
     scene = coarse("model=rod", "solver.force_tolerance=1e-30 N", "solver.max_iterations=30", "solver.max_cutbacks=0")
     run = RunDirectory.create(scene, tmp_path / "run")
     with pytest.raises(NotConverged):
-        tie(scene, run)
+        tie(run)
     summary = run.read_summary()
     assert summary["steps"] == 0
     assert summary["phases"]["relax"]["cpu_s"] > 0.0

@@ -64,7 +64,7 @@ def test_a_slippery_sheet_bend_ends_the_run(tmp_path):
     scene = load_scene("sheet-bend", ["model=rod", "contact.friction=0.1", *quick, *COARSE])
     run = RunDirectory.create(scene, tmp_path / "run")
     with pytest.raises(KnotLost, match="hitch and bight have come apart"):
-        drive(scene, run, "pull")
+        drive(run, "pull")
     assert (run.read_status()["state"], run.read_status()["exit_code"]) == ("failed", KnotLost.exit_code)
     assert set(run.read_summary()["knot_before"]["hitch"]["laced"]) == {"bight"}
     assert np.isfinite(run.read_summary()["final_force_N"])

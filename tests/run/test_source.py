@@ -37,21 +37,21 @@ def last_profile(run: RunDirectory) -> tuple[np.ndarray, float]:
 @pytest.fixture(scope="module")
 def solid(tmp_path_factory: pytest.TempPathFactory) -> RunDirectory:
     run = begun(tmp_path_factory.mktemp("source") / "solid")
-    drive(run.scene, run, "tie")
+    drive(run, "tie")
     return run
 
 
 def test_a_knot_tied_in_three_dimensions_comes_to_rest_as_a_rod_and_is_pulled(solid, tmp_path):
     points, pressed = last_profile(solid)
     run = begun(tmp_path / "light", "model=rod", f'tie.source="{solid.path}"')
-    drive(run.scene, run, "tie")
+    drive(run, "tie")
     settled, presses = last_profile(run)
     assert np.abs(settled - points).max() < 0.25 * run.scene.rods[0].diameter
     assert presses == pytest.approx(pressed, rel=0.25)
     away = solid.path.rename(solid.path.with_name("away"))
-    drive(run.scene, run, "pull")
+    drive(run, "pull")
     on = run.branch(run.scene, tmp_path / "on")
-    drive(on.scene, on, "pull")
+    drive(on, "pull")
     away.rename(solid.path)
     force = read_table(run.path / "force.csv")["force_N"]
     assert force[-1] > force[0]

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from knotfem import files
 from knotfem.errors import InputError
-from knotfem.run import columns, files
+from knotfem.run import columns
 from knotfem.run.tables import Table, read_table, table_text, write_table
 
 

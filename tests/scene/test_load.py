@@ -1,5 +1,6 @@
 """Scenes from files and overrides: what is read, what is refused and how."""
 
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -118,6 +119,23 @@ def test_curve_files_are_found_from_the_scene(tmp_path: Path, monkeypatch: pytes
     assert load_scene("overhand", ["rods.0.centerline=mine.csv"]).rods[0].centerline == str(curve)
 
 
+def test_a_centreline_may_be_spelt_in_two_ways(tmp_path: Path) -> None:
+    one, other = tmp_path / "one.toml", tmp_path / "other.toml"
+    one.write_text(MINIMAL)
+    other.write_text(MINIMAL.replace("centerline =", "centreline ="))
+    assert load_scene(one).rods == load_scene(other).rods
+    for scene_file in (one, other):
+        for key in ("centerline", "centreline"):
+            assert load_scene(scene_file, [f"rods.0.{key}=bowline"]).rods[0].centerline == "bowline"
+            assert load_scene(scene_file, {f"rods.rod.{key}": "bowline"}).rods[0].centerline == "bowline"
+    rod = tomllib.loads(other.read_text())["rods"][0]
+    assert load_scene("overhand", {"rods": [rod]}).rods == load_scene(one).rods
+    assert rod["centreline"] == "overhand"
+    other.write_text(MINIMAL.replace("centerline =", 'centreline = "bowline"\ncenterline ='))
+    with pytest.raises(InputError, match=r"other\.toml: rods\.0\.centreline: the same key twice"):
+        load_scene(other)
+
+
 @pytest.mark.parametrize("suffix", CURVE_SUFFIXES)
 def test_every_kind_of_curve_file_is_read(tmp_path: Path, suffix: str) -> None:
     written = {
@@ -154,6 +172,7 @@ REFUSED = [
     ("rods.0.mesh.section_elements=12.5", "rods.0.mesh.section_elements", "integer"),
     ("rods.0.mesh.element=hex9", "rods.0.mesh.element", '"hex8"'),
     ("rods.0.centerline=bowlin", "rods.0.centerline", '"bowline"'),
+    ("rods.0.centreline=bowlin", "rods.0.centerline", '"bowline"'),
     ("rods.0.centerline=nowhere.csv", "rods.0.centerline", "no such file"),
     ("rods.0.name=a/b", "rods.0.name", "not a name"),
     ("rods=[]", "rods", "at least 1 item"),
@@ -263,6 +282,7 @@ def test_the_written_scene_is_the_same_scene(name: str, tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     path.write_text(scene_to_toml(scene))
     assert load_scene(path) == scene
+    assert load_scene(scene, {"description": scene.description}) == scene
 
 
 def test_every_default_is_written(scene_file: Path) -> None:
@@ -307,6 +327,7 @@ def test_any_scene_survives_writing(
     path = tmp_path_factory.getbasetemp() / "any.toml"
     path.write_text(scene_to_toml(scene), encoding="utf-8")
     assert load_scene(path) == scene
+    assert load_scene(scene, {"contact.friction": friction}) == scene
 
 
 def test_friction_of_two_rods() -> None:

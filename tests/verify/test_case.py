@@ -45,7 +45,7 @@ def test_errors_a_user_can_meet_are_results() -> None:
     result = check(Case("a", fails, "", ""))
     assert not result.passed
     assert result.error == "NotConverged: gave up"
-    assert [row["result"] for row in result.rows()] == ["FAIL"]
+    assert [row["verdict"] for row in result.rows()] == ["FAIL"]
 
 
 def test_any_other_error_is_a_result_too() -> None:
@@ -82,7 +82,7 @@ def test_table_has_a_row_for_each_figure() -> None:
     result = Result(case, (Quantity("force", 1.0, 1.0, 0.01, condition="tight"), Quantity("gap", 2.0, 1.0)), 0.5)
     columns = table([result, Result(case, error="gave up")])
     assert columns["quantity"].tolist() == ["force, tight", "gap", "gave up"]
-    assert columns["result"].tolist() == ["pass", "FAIL", "FAIL"]
+    assert columns["verdict"].tolist() == ["pass", "FAIL", "FAIL"]
     assert set(map(len, columns.values())) == {3}
     assert isinstance(columns["found"], np.ndarray)
 

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knotfem.errors import InputError
 from knotfem.mesh.rod_layout import RodLayout, make_layout
+from knotfem.models.base import Obstacle
 from knotfem.models.rod.bend import Bend
 from knotfem.models.rod.frames import Frames
-from knotfem.models.rod.spec import ContactSpec, ObstacleSpec, RodSpec, directors_of
+from knotfem.models.rod.spec import ContactSpec, RodSpec, directors_of
 from knotfem.models.rod.twist import Twist
-from knotfem.models.rod.vertices import VertexTerm
+from knotfem.models.shared_terms import ContactParts, contact_terms, mass_terms
 from knotfem.solver.constraints import Clamp, Prescribed
 from knotfem.solver.schemes import Scheme
 from knotfem.solver.state import Motion, State
@@ -24,7 +24,7 @@ from knotfem.sparse.linear import make_solver
 from knotfem.terms.axial import AxialStiffness
 
 if TYPE_CHECKING:
-    from knotfem.models.rod.damping import Dashpot  # with compiled loops, for rods with internal damping only
+    from knotfem.models.rod.damping import Damping  # with compiled loops, for rods with internal damping only
 
 MERIT_STIFFNESS_OVER_BENDING = 5.0
 """Axial stiffness of the line search's merit, in units of B/r^2; the true one rejects every rotation."""
@@ -41,6 +41,9 @@ class DiscreteRods:
         drag: rate [1/s]; None without drag.
         inertia: whether there is any.
 
+    Raises:
+        InputError: obstacles without contact.
+
     Attributes:
         layout: numbering.
         terms: in the order in which they are assembled.
@@ -54,51 +57,33 @@ class DiscreteRods:
         self,
         rods: Sequence[RodSpec],
         contact: ContactSpec | None = None,
-        obstacles: Sequence[ObstacleSpec] = (),
+        obstacles: Sequence[Obstacle] = (),
         gravity: np.ndarray | None = None,
         drag: float | None = None,
         *,
         inertia: bool = True,
     ) -> None:
         self.rods = list(rods)
-        chords = [np.linalg.norm(np.diff(rod.points, axis=0), axis=1) for rod in rods]
-        spacing = [float(c.mean()) if rod.spacing is None else rod.spacing for rod, c in zip(rods, chords, strict=True)]
-        self.layout: RodLayout = make_layout([c.size for c in chords], spacing, [rod.radius for rod in rods])
+        self.layout = _layout_of(rods)
         x = np.zeros((self.layout.nodes, 4))
         x[:, :3] = np.concatenate([rod.points for rod in rods])
         self.frames = Frames(self.layout, x, np.concatenate([directors_of(rod) for rod in rods]))
-        bending = np.array([rod.bending for rod in rods])
-        self.stretch = self._stretch(bending)
+        self.stretch = self._stretch()
         self.stretch.view.force[:] = self.stretch.tension(x)
-        self.bend = Bend(self.frames, bending)
+        self.bend = Bend(self.frames, np.array([rod.bending for rod in rods]))
         self.twist = Twist(self.frames, np.array([rod.twisting for rod in rods]))
-        self.damping: tuple[Dashpot, ...] = ()
-        self._along: list[AxialStiffness] = [self.stretch]
-        self._about: list[Twist] = [self.twist]
-        self.terms: list[Term] = [self.frames, self.stretch, self.bend, self.twist]
-        if any(rod.relaxation_time > 0.0 for rod in rods):
-            from knotfem.models.rod.damping import make_damping
-
-            times = [rod.relaxation_time for rod in rods]
-            self.damping = (along, _, about) = make_damping(self.stretch, self.bend, self.twist, self.frames, times)
-            self._along.append(along)
-            self._about.append(about)
-            self.terms += self.damping
-        self._add_masses(inertia, drag, gravity)
-        if contact is not None:
-            self._add_contact(contact, obstacles)
-        elif obstacles:
-            raise InputError("obstacles need contact", key="rods")
+        self.damping: Damping | tuple[()] = self._damping()
+        self.terms: tuple[Term, ...] = (
+            self.frames,
+            self.stretch,
+            self.bend,
+            self.twist,
+            *self.damping,
+            *mass_terms(lambda: self.mass, inertia=inertia, drag=drag, gravity=gravity),
+            *contact_terms(None if contact is None else self._contact_parts(contact), obstacles),
+        )
         own = {label: term.history() for label, term in labelled([self.frames, self.stretch])}
         self.initial = self.clamped(State.of(Motion.at_rest(x), own), ())
-
-    def _stretch(self, bending: np.ndarray) -> AxialStiffness:
-        edges, layout = self.layout.edges, self.layout
-        rod = layout.rod[edges]
-        axial = np.array([r.axial for r in self.rods])
-        moderate = MERIT_STIFFNESS_OVER_BENDING * bending / np.asarray(layout.radius) ** 2
-        nodes = np.stack([edges, edges + 1], axis=1)
-        return AxialStiffness("stretch", nodes, layout.spacing[rod], axial[rod], moderate[rod], 4)
 
     @cached_property
     def mass(self) -> np.ndarray:
@@ -107,49 +92,47 @@ class DiscreteRods:
 
         return lumped_mass(self.layout, np.array([rod.mass_per_length for rod in self.rods]))
 
-    def _add_masses(self, inertia: bool, drag: float | None, gravity: np.ndarray | None) -> None:
-        if inertia or drag is not None:
-            from knotfem.terms.inertia import Drag, Inertia
+    @property
+    def edges(self) -> tuple[np.ndarray, np.ndarray]:
+        """Nodes of each edge, shape [edges, 2], and its length when free of stress [mm], shape [edges]."""
+        edges = self.layout.edges
+        return np.stack([edges, edges + 1], axis=1), self.layout.spacing[self.layout.rod[edges]]
 
-            if inertia:
-                self.terms.append(Inertia(self.mass))
-            if drag is not None:
-                self.terms.append(Drag(self.mass, drag))
-        if gravity is not None and np.any(gravity):
-            from knotfem.terms.gravity import Gravity
+    def _stretch(self) -> AxialStiffness:
+        rod = self.layout.rod[self.layout.edges]
+        axial = np.array([spec.axial for spec in self.rods])
+        bending = np.array([spec.bending for spec in self.rods])
+        moderate = MERIT_STIFFNESS_OVER_BENDING * bending / np.asarray(self.layout.radius) ** 2
+        return AxialStiffness("stretch", *self.edges, axial[rod], moderate[rod])
 
-            self.terms.append(Gravity(self.mass[:, 0], np.asarray(gravity, dtype=float)))
+    def _damping(self) -> Damping | tuple[()]:
+        times = [rod.relaxation_time for rod in self.rods]
+        if max(times) == 0.0:
+            return ()
+        from knotfem.models.rod.damping import make_damping
 
-    def _add_contact(self, spec: ContactSpec, obstacles: Sequence[ObstacleSpec]) -> None:
+        return make_damping(self.stretch, self.bend, self.twist, self.frames, times)
+
+    def _contact_parts(self, spec: ContactSpec) -> ContactParts:
         from knotfem.contact.curve import make_samples
         from knotfem.contact.curve_pairs import CurveSurface
-        from knotfem.contact.law import Penalty
-        from knotfem.contact.pairs import PairContact
+        from knotfem.contact.law import MINDLIN_STIFFNESS_RATIO, Penalty
 
-        surface, samples = CurveSurface(self.layout), make_samples(self.layout, spec.sample_spacing)
-        contact = PairContact(surface, samples, Penalty(spec.stiffness, spec.ramp))
-        count = self.layout.rods
-        mu = np.broadcast_to(np.asarray(spec.friction, dtype=float), (count, count)).copy()
-        self.terms.append(contact)
-        if mu.max() > 0.0:
+        law, obstacle_law = Penalty(spec.stiffness, spec.ramp), Penalty(2.0 * spec.stiffness, spec.ramp)
+
+        def friction():
             from knotfem.contact.curve_friction import CurveFriction
-            from knotfem.contact.friction import Friction
 
-            self.terms.append(Friction(contact, CurveFriction(self.frames, _tangential(spec, spec.stiffness)), mu))
-        for number, obstacle in enumerate(obstacles, 1):
-            from knotfem.contact.obstacle import ObstacleContact
+            return CurveFriction(self.frames, law.stiffness * MINDLIN_STIFFNESS_RATIO)
 
-            stiffness = 2.0 * spec.stiffness if obstacle.stiffness is None else obstacle.stiffness
-            touching = ObstacleContact(surface, samples, Penalty(stiffness, spec.ramp), obstacle.surface)
-            self.terms.append(touching)
-            rubbing = np.broadcast_to(np.asarray(obstacle.friction, dtype=float), (count,)).copy()
-            if rubbing.max() > 0.0:
-                from knotfem.contact.curve_obstacle_friction import CurveObstacleFriction
-                from knotfem.contact.friction import Friction
+        def obstacle_friction():
+            from knotfem.contact.curve_obstacle_friction import CurveObstacleFriction
 
-                law = CurveObstacleFriction(self.frames, _tangential(spec, stiffness))
-                self.terms.append(Friction(touching, law, rubbing, scheduled=False))
-                self.terms[-1].number = number
+            return CurveObstacleFriction(self.frames, obstacle_law.stiffness * MINDLIN_STIFFNESS_RATIO)
+
+        mu = np.broadcast_to(np.asarray(spec.friction, dtype=float), (self.layout.rods, self.layout.rods)).copy()
+        samples = make_samples(self.layout, spec.sample_spacing)
+        return ContactParts(CurveSurface(self.layout), samples, law, obstacle_law, mu, friction, obstacle_friction)
 
     def load(self, state: State) -> None:
         """Let the terms take the history variables of a state; those that are not in it begin anew."""
@@ -207,19 +190,19 @@ class DiscreteRods:
 
     def tension(self, x: np.ndarray) -> np.ndarray:
         """Axial force of each segment [N], internal damping included, shape [segments]."""
-        return np.sum([term.tension(x) for term in self._along], axis=0)
+        return np.sum([term.tension(x) for term in (self.stretch, *self.damping[:1])], axis=0)
 
     def torque(self, x: np.ndarray) -> np.ndarray:
         """Twisting moment of each vertex [N mm], internal damping included, shape [vertices]."""
-        return np.sum([term.torque(x) for term in self._about], axis=0)
+        return np.sum([term.torque(x) for term in (self.twist, *self.damping[2:])], axis=0)
 
     def clamp_couples(self, x: np.ndarray) -> np.ndarray:
         """Couple of each clamp on its rod [N mm], shape [clamps, 3]."""
         none = np.zeros((self.frames.clamped.size, 3))
-        return sum((term.clamp_couples(x) for term in self.terms if isinstance(term, VertexTerm)), none)
+        return sum((term.clamp_couples(x) for term in (self.bend, self.twist, *self.damping[1:])), none)
 
 
-def _tangential(spec: ContactSpec, stiffness: float) -> float:
-    from knotfem.contact.law import MINDLIN_STIFFNESS_RATIO
-
-    return stiffness * (MINDLIN_STIFFNESS_RATIO if spec.tangential is None else spec.tangential)
+def _layout_of(rods: Sequence[RodSpec]) -> RodLayout:
+    chords = [np.linalg.norm(np.diff(rod.points, axis=0), axis=1) for rod in rods]
+    spacing = [float(c.mean()) if rod.spacing is None else rod.spacing for rod, c in zip(rods, chords, strict=True)]
+    return make_layout([c.size for c in chords], spacing, [rod.radius for rod in rods])

@@ -14,6 +14,7 @@ import numpy as np
 
 from knotfem.compiled import kernel
 from knotfem.geometry.rotation import cross, dot
+from knotfem.geometry.vectors import angles_between
 from knotfem.models.rod.frames import VertexView, edge
 from knotfem.models.rod.vertices import VertexTerm, listed
 from knotfem.sparse.pattern import Matrix, view_of
@@ -106,9 +107,7 @@ class Bend(VertexTerm):
     def curvature(self, x: np.ndarray) -> np.ndarray:
         """Curvature of each vertex [1/mm], shape [vertices]."""
         tangent, edges = self.frames.current(x)[0], self.frames.view.edges
-        a, b = tangent[edges[:, 0]], tangent[edges[:, 1]]
-        across = np.linalg.norm(np.cross(a, b), axis=1)
-        return np.arctan2(across, np.einsum("ki,ki->k", a, b)) / self.frames.cell
+        return angles_between(tangent[edges[:, 0]], tangent[edges[:, 1]]) / self.frames.cell
 
     def moment(self, x: np.ndarray) -> np.ndarray:
         """Bending moment of each vertex [N mm], about the binormal, shape [vertices, 3]."""
@@ -124,7 +123,7 @@ class Bend(VertexTerm):
         return np.where(left, -moment, moment)
 
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
-        return _assemble(x, self.frames.view, self.modulus, residual, view_of(matrix, 4))
+        return _assemble(x, self.frames.view, self.modulus, residual, view_of(matrix, residual.shape[1]))
 
     def energy(self, x: np.ndarray) -> float:
         return _energy(x, self.frames.view, self.modulus)

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Sequence
 
 from knotfem.models.base import Obstacle
-from knotfem.models.conditions import gravity_of
-from knotfem.models.effects import DRAG, INERTIA, VISCOUS_DRAG, obstacle_friction, rod_friction
+from knotfem.models.conditions import drag_of, gravity_of
+from knotfem.models.effects import INERTIA, rod_friction
 from knotfem.models.rod.assembly import DiscreteRods
 from knotfem.models.rod.initial import InitialRod
-from knotfem.models.rod.spec import ContactSpec, ObstacleSpec, RodSpec
+from knotfem.models.rod.spec import ContactSpec, RodSpec
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import Rod
-from knotfem.solver.term import Term
 
 
 def coarse(scene: Scene) -> list[str]:
@@ -22,7 +21,7 @@ def coarse(scene: Scene) -> list[str]:
     """
     if not scene.contact.enabled:
         return []
-    lengths = [(index, rod.length / rod.slices, 0.5 * rod.diameter) for index, rod in enumerate(scene.rods)]
+    lengths = [(index, rod.length / rod.slices, rod.radius) for index, rod in enumerate(scene.rods)]
     return [
         f"rods.{index}.mesh.element_length: segments of {h:.3g} mm are longer than the radius, {r:.3g} mm: "
         "tight bends are not resolved"
@@ -31,27 +30,15 @@ def coarse(scene: Scene) -> list[str]:
     ]
 
 
-def core_fraction(rod: Rod) -> float:
-    """Fraction of the core in the axial stiffness."""
-    return rod.core.axial_stiffness / axial_stiffness(rod) if rod.core is not None else 0.0
-
-
-def axial_stiffness(rod: Rod) -> float:
-    """EA of bulk and core [N]."""
-    bulk = rod.material.youngs_modulus * np.pi * rod.diameter**2 / 4.0
-    return bulk + (rod.core.axial_stiffness if rod.core is not None else 0.0)
-
-
 def rod_spec(rod: Rod, initial: InitialRod) -> RodSpec:
     """Stiffness and mass of a rod: bending and twisting by the bulk, as the truss core of the hexahedra has neither."""
-    fourth = (0.5 * rod.diameter) ** 4
     return RodSpec(
         initial.target.points,
-        0.5 * rod.diameter,
-        bending=rod.material.youngs_modulus * np.pi * fourth / 4.0,
-        twisting=rod.material.shear_modulus * np.pi * fourth / 2.0,
-        axial=axial_stiffness(rod),
-        mass_per_length=rod.material.density * np.pi * rod.diameter**2 / 4.0,
+        rod.radius,
+        bending=rod.bending_stiffness,
+        twisting=rod.twisting_stiffness,
+        axial=rod.axial_stiffness,
+        mass_per_length=rod.mass_per_length,
         spacing=rod.length / rod.slices,
         directors=initial.directors,
         relaxation_time=rod.material.relaxation_time,
@@ -70,46 +57,22 @@ def contact_spec(scene: Scene) -> ContactSpec | None:
     return ContactSpec(stiffness, rod_friction(scene), c.ramp_over_diameter * d, c.sample_spacing_over_diameter * d)
 
 
-def make_rods(scene: Scene, initial: list[InitialRod], obstacles: tuple[Obstacle, ...] = ()) -> DiscreteRods:
+def make_rods(scene: Scene, initial: list[InitialRod], obstacles: Sequence[Obstacle] = ()) -> DiscreteRods:
     """Discrete rods of a scene.
 
     Args:
         scene: what the user asked for.
         initial: configuration of its rods.
-        obstacles: of the user's own.
+        obstacles: of the scene and of the user's own.
 
     Raises:
         InputError: obstacles without contact.
     """
-    rods = DiscreteRods(
+    return DiscreteRods(
         [rod_spec(rod, here) for rod, here in zip(scene.rods, initial, strict=True)],
         contact_spec(scene),
-        [*_cylinders(scene), *(ObstacleSpec(o.surface, o.friction) for o in obstacles)],
+        obstacles,
         gravity_of(scene),
-        0.0 if DRAG.wanted(scene) else None,
+        drag_of(scene),
         inertia=INERTIA.wanted(scene),
     )
-    if VISCOUS_DRAG.wanted(scene):
-        rods.terms.append(_viscous_drag(scene, rods))
-    return rods
-
-
-def _cylinders(scene: Scene) -> list[ObstacleSpec]:
-    if not scene.contact.enabled or not scene.obstacles:
-        return []
-    from knotfem.contact.rigid import make_cylinder
-
-    friction = obstacle_friction(scene)
-    return [
-        ObstacleSpec(make_cylinder(np.array(o.point), np.array(o.axis), 0.5 * o.diameter), mu)
-        for o, mu in zip(scene.obstacles, friction, strict=True)
-    ]
-
-
-def _viscous_drag(scene: Scene, rods: DiscreteRods) -> Term:
-    from knotfem.terms.viscous import ViscousDrag
-
-    drag, layout = scene.effects.viscous_drag, rods.layout
-    assert drag is not None
-    edges = np.stack([layout.edges, layout.edges + 1], axis=1)
-    return ViscousDrag(edges, layout.spacing[layout.rod[layout.edges]], drag.normal, drag.tangential)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -114,7 +115,7 @@ class StretchDamping(Dashpot, AxialStiffness):
 
     def __init__(self, stretch: AxialStiffness, time: np.ndarray) -> None:
         v, moderate = stretch.view, stretch.merit_stiffness
-        AxialStiffness.__init__(self, Dashpot.name, v.nodes, v.length, time * v.stiffness, time * moderate, 4)
+        AxialStiffness.__init__(self, Dashpot.name, v.nodes, v.length, time * v.stiffness, time * moderate)
         self._damping = self.view.stiffness.copy()
         self._bound = self.merit_stiffness / np.maximum(self._damping, 1e-300)
         self._first = self._last = {}
@@ -200,7 +201,9 @@ class BendDamping(Dashpot, Bend):
         return kernels.clamp_couples(x, self.frames.view, self._view, self.modulus, self.frames.clamped.size)
 
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
-        return kernels.assemble(x, self.frames.view, self._view, self.modulus, residual, view_of(matrix, 4))
+        return kernels.assemble(
+            x, self.frames.view, self._view, self.modulus, residual, view_of(matrix, residual.shape[1])
+        )
 
     def potential(self, x: np.ndarray) -> float:
         return kernels.potential(x, self.frames.view, self._view, self.modulus)
@@ -224,9 +227,15 @@ class BendDamping(Dashpot, Bend):
         self._offset = np.concatenate([-self._first["rotation"], clamps])
 
 
-def make_damping(
-    stretch: AxialStiffness, bend: Bend, twist: Twist, frames: Frames, times: Sequence[float]
-) -> tuple[StretchDamping, BendDamping, TwistDamping]:
+class Damping(NamedTuple):
+    """Internal damping of all rods."""
+
+    stretch: StretchDamping
+    bend: BendDamping
+    twist: TwistDamping
+
+
+def make_damping(stretch: AxialStiffness, bend: Bend, twist: Twist, frames: Frames, times: Sequence[float]) -> Damping:
     """Internal damping of stretch, bend and twist of all rods.
 
     Args:
@@ -238,7 +247,7 @@ def make_damping(
     """
     tau = np.asarray(times, dtype=float)
     edges = tau[frames.layout.rod[stretch.view.nodes[:, 0]]]
-    return (
+    return Damping(
         StretchDamping(stretch, edges),
         BendDamping(frames, tau * bend.stiffness),
         TwistDamping(frames, tau * twist.stiffness),

@@ -5,14 +5,19 @@ from __future__ import annotations
 import numpy as np
 
 from knotfem.contact.report import ContactReport
+from knotfem.geometry.frames import material_frames
+from knotfem.geometry.measures import vertex_means
+from knotfem.geometry.vectors import unit_vectors
+from knotfem.mesh.rod import side_quads
 from knotfem.mesh.rod_layout import RodLayout
+from knotfem.mesh.section import regular_polygon
 from knotfem.models.rod.assembly import DiscreteRods
 from knotfem.models.rod.profile import at_nodes
 from knotfem.models.series import Fields, SeriesMesh
 
 AROUND = 24
 """Points around a tube."""
-_ANGLE = 2.0 * np.pi * np.arange(AROUND) / AROUND
+_COS, _SIN = regular_polygon(AROUND).T
 
 
 def tube_rings(layout: RodLayout) -> list[np.ndarray]:
@@ -25,10 +30,9 @@ def tube_mesh(layout: RodLayout) -> SeriesMesh:
     """Quadrilaterals of the tubes; the reference is the straight rods along e_z."""
     cells, points = [], []
     for rod, ring in enumerate(tube_rings(layout)):
-        ahead = np.roll(ring, -1, axis=1)
-        cells.append(np.stack([ring[:-1], ahead[:-1], ahead[1:], ring[1:]], axis=-1).reshape(-1, 4))
+        cells.append(side_quads(ring))
         r, z = layout.radius[rod], np.arange(len(ring)) * layout.spacing[rod]
-        x, y = np.broadcast_to(r * np.cos(_ANGLE), ring.shape), np.broadcast_to(r * np.sin(_ANGLE), ring.shape)
+        x, y = np.broadcast_to(r * _COS, ring.shape), np.broadcast_to(r * _SIN, ring.shape)
         points.append(np.stack([x, y, np.broadcast_to(z[:, None], ring.shape)], axis=-1).reshape(-1, 3))
     reference = np.concatenate(points)
     constant = {"arclength": reference[:, 2], "rod": np.repeat(layout.rod, AROUND).astype(float)}
@@ -50,9 +54,9 @@ def tube_fields(rods: DiscreteRods, found: ContactReport, x: np.ndarray, poisson
     """
     layout = rods.layout
     twist, _, curvature, _ = at_nodes(rods, x)
-    tension, stretch = (_to_all_nodes(layout, values) for values in (rods.stretch.tension(x), rods.stretch.strain(x)))
-    tangent, normal = _directions(rods, x)
-    across = np.cos(_ANGLE)[:, None] * normal[:, None] + np.sin(_ANGLE)[:, None] * np.cross(tangent, normal)[:, None]
+    tension, stretch = (_at_nodes(layout, values) for values in (rods.stretch.tension(x), rods.stretch.strain(x)))
+    tangent, frames = _frames(rods, x)
+    across = _COS[:, None] * frames[:, None, 0] + _SIN[:, None] * frames[:, None, 1]
     r = layout.radius[layout.rod][:, None]
     outer = -np.einsum("nai,ni->na", across, _bend_direction(rods, x, tangent)) * curvature[:, None] * r
     axial = np.log1p(np.maximum(stretch[:, None] + outer, -0.999))
@@ -105,12 +109,11 @@ def _on_axis(
     return (1.0 - part)[:, None] * x[node, :3] + part[:, None] * x[node + 1, :3], node, part
 
 
-def _directions(rods: DiscreteRods, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Tangents and material directors at all nodes, shape [nodes, 3] each."""
+def _frames(rods: DiscreteRods, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Tangents, shape [nodes, 3], and material frames, shape [nodes, 3, 3], at all nodes."""
     edges = rods.layout.edges
-    tangent = _unit(_to_all_nodes(rods.layout, rods.frames.current(x)[0][edges]))
-    director = _to_all_nodes(rods.layout, rods.frames.material(x)[edges])
-    return tangent, _unit(director - np.einsum("ni,ni->n", director, tangent)[:, None] * tangent)
+    tangent = unit_vectors(_at_nodes(rods.layout, rods.frames.current(x)[0][edges]))
+    return tangent, material_frames(tangent, _at_nodes(rods.layout, rods.frames.material(x)[edges]))
 
 
 def _bend_direction(rods: DiscreteRods, x: np.ndarray, tangent: np.ndarray) -> np.ndarray:
@@ -135,18 +138,11 @@ def _largest_strain(axial: np.ndarray, shear: np.ndarray, poissons_ratio: np.nda
     return np.maximum(mean + np.sqrt(half**2 + 0.25 * shear**2), lateral).ravel()
 
 
-def _to_all_nodes(layout: RodLayout, edges: np.ndarray) -> np.ndarray:
-    """Means of the values on the edges at each node."""
-    total, count = np.zeros((layout.nodes, *edges.shape[1:])), np.zeros(layout.nodes)
-    for end in (0, 1):
-        total[layout.edges + end] += edges
-        count[layout.edges + end] += 1.0
-    return total / count.reshape(-1, *[1] * (edges.ndim - 1))
+def _at_nodes(layout: RodLayout, edges: np.ndarray) -> np.ndarray:
+    """Means of values on the edges of all rods at each node."""
+    rod = layout.rod[layout.edges]
+    return np.concatenate([vertex_means(edges[rod == number]) for number in range(layout.rods)])
 
 
 def _around(nodes: np.ndarray) -> np.ndarray:
     return np.repeat(nodes, AROUND)
-
-
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    return vectors / np.linalg.norm(vectors, axis=1)[:, None]

@@ -19,7 +19,9 @@ import numpy as np
 
 from knotfem.compiled import kernel
 from knotfem.contact.material_frames import FrameView
+from knotfem.geometry.frames import material_frames
 from knotfem.geometry.rotation import angle_about, nearest_turn, transport, unit
+from knotfem.geometry.vectors import unit_vectors
 from knotfem.mesh.rod_layout import RodLayout
 from knotfem.solver.constraints import Clamp
 from knotfem.solver.term import Role, Term, TimeStep
@@ -98,6 +100,9 @@ class Frames(Term):
         x: positions and rotations, shape [nodes, 4].
         director: of each edge, across it, before its rotation, shape [nodes, 3]; rows of last nodes are ignored.
 
+    Raises:
+        InputError: a director along its edge.
+
     Attributes:
         clamped: nodes of the clamped ends, shape [clamps].
         cell: length that each vertex stands for [mm], shape [vertices].
@@ -109,13 +114,10 @@ class Frames(Term):
     def __init__(self, layout: RodLayout, x: np.ndarray, director: np.ndarray) -> None:
         self.layout = layout
         self._per_radius = layout.per_radius
-        step = x[layout.edges + 1, :3] - x[layout.edges, :3]
-        t = step / np.linalg.norm(step, axis=1)[:, None]
-        d = director[layout.edges]
-        d = d - np.einsum("ji,ji->j", d, t)[:, None] * t
+        t = unit_vectors(x[layout.edges + 1, :3] - x[layout.edges, :3])
         tangent0, director0 = np.zeros((layout.nodes, 3)), np.zeros((layout.nodes, 3))
         tangent0[layout.edges] = t
-        director0[layout.edges] = d / np.linalg.norm(d, axis=1)[:, None]
+        director0[layout.edges] = material_frames(t, director[layout.edges])[:, 0]
         inner = layout.inner
         self._inner = np.stack([inner - 1, inner], axis=1)
         self._inner_cell = layout.spacing[layout.rod[inner]]
@@ -210,9 +212,9 @@ class Frames(Term):
     def _set(self, clamped: np.ndarray, tangent: np.ndarray, director: np.ndarray, turn: np.ndarray) -> None:
         layout, n = self.layout, self.layout.nodes
         self.clamped = clamped
-        ghosts = n + np.arange(clamped.size)
+        beyond = n + np.arange(clamped.size)
         at_start = np.isin(clamped, layout.first[:-1])
-        left, right = np.where(at_start, ghosts, clamped - 1), np.where(at_start, clamped, ghosts)
+        left, right = np.where(at_start, beyond, clamped - 1), np.where(at_start, clamped, beyond)
         edges = np.concatenate([self._inner, np.stack([left, right], axis=1).astype(np.int64)])
         self.cell = np.concatenate([self._inner_cell, 0.5 * layout.spacing[layout.rod[clamped]]])
         a, b = edges.T

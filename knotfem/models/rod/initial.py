@@ -57,17 +57,17 @@ class InitialRod:
     ends: tuple[EndFrame, EndFrame]
 
 
-def initial_rods(scene: Scene, source: Sequence[SourceRod] | None = None) -> list[InitialRod]:
+def initial_rods(scene: Scene, source: Sequence[SourceRod] = ()) -> list[InitialRod]:
     """Initial configuration of all rods of a scene.
 
     Args:
         scene: what the user asked for.
-        source: as another run has left them, instead of the scene's centrelines.
+        source: as another run has left them, instead of the scene's centrelines; or none.
 
     Raises:
         InputError: a centreline along which no rod can lie.
     """
-    if source is not None:
+    if source:
         return [_as_left(scene, rod, left) for rod, left in zip(scene.rods, source, strict=True)]
     found = []
     for target in centrelines_of(scene):

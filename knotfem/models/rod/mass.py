@@ -1,7 +1,7 @@
-"""Lumped masses of place and spin.
+"""Lumped masses of position and material frame angle.
 
-The fourth unknown is the spin times the radius, so that the spinning mass of a segment of mass m is m/2 (a full
-circular section: rho J h = m r^2/2).
+The fourth unknown is the angle times the radius, so that the mass that belongs to it is m/2 for a segment of mass m (a
+full circular section: rho J h = m r^2/2).
 """
 
 from __future__ import annotations

@@ -25,8 +25,9 @@ from knotfem.models.ends import ends_of
 from knotfem.models.rod.build import coarse, make_rods
 from knotfem.models.rod.fields import tube_fields, tube_mesh
 from knotfem.models.rod.initial import EndFrame, SourceRod, initial_rods
-from knotfem.models.rod.profile import tension_rows, twist_rows
+from knotfem.models.rod.profile import profile_rows, twist_rows
 from knotfem.models.series import Fields, SeriesMesh
+from knotfem.models.shared_terms import obstacles_of, viscous_drag
 from knotfem.scene.model import Scene
 from knotfem.scene.steps import Step
 from knotfem.solver.constraints import Clamp, Prescribed
@@ -45,7 +46,7 @@ class RodModel(Model):
     Args:
         scene: what the user asked for.
         additions: of the user's own.
-        source: rods as another run has left them, from which these set out.
+        source: rods as another run has left them, from which these set out, or none.
 
     Attributes:
         discrete: rods and their terms.
@@ -56,22 +57,21 @@ class RodModel(Model):
 
     width = 4
 
-    def __init__(
-        self, scene: Scene, additions: Additions | None = None, source: Sequence[SourceRod] | None = None
-    ) -> None:
+    def __init__(self, scene: Scene, additions: Additions | None = None, source: Sequence[SourceRod] = ()) -> None:
         extra = Additions() if additions is None else additions
         initial = initial_rods(scene, source)
         self.scene, self.targets = scene, [rod.target for rod in initial]
-        self.discrete = make_rods(scene, initial, tuple(extra.obstacles))
+        obstacles = obstacles_of(scene, extra.obstacles)
+        self.discrete = make_rods(scene, initial, obstacles)
         layout = self.discrete.layout
         self.nodes, self.segments = layout.nodes, int(layout.edges.size)
         self.sections = Sections(np.arange(layout.nodes), layout.first[:-1])
-        self.terms = self.discrete.terms
+        self.terms = [*self.discrete.terms, *viscous_drag(scene, *self.discrete.edges)]
         self.terms += [made if not callable(made) else made(self) for made in extra.terms]
         self.absent = absent_effects(scene)
-        self.obstacle_names = [o.name for o in (*scene.obstacles, *extra.obstacles)]
+        self.obstacle_names = [obstacle.name for obstacle in obstacles]
         self.warnings = [*(warning for rod in initial for warning in rod.target.warnings), *coarse(scene)]
-        self._tied = source is not None
+        self._tied = bool(source)
         self._initial = self._held(initial_ends=[rod.ends for rod in initial])
         self.discrete.load(self._initial)
 
@@ -142,7 +142,7 @@ class RodModel(Model):
         system = self.discrete.system(
             make_scheme(scene, step),
             ends.prescribed,
-            loads=ends.loads,
+            loads=[*self.terms[len(self.discrete.terms) :], *ends.loads],
             conditions=conditions_of(scene, step, origin.time, ends.clamps),
             linear_solver=scene.solver.linear,
             threads=threads_of(scene),
@@ -157,7 +157,7 @@ class RodModel(Model):
         return self.discrete.clamp_couples(x)
 
     def tension_profile(self, x: np.ndarray, time: float, displacement: float) -> Iterable[Row]:
-        return tension_rows(self.discrete, self.rods, x, time, displacement)
+        return profile_rows(self.discrete, self.rods, x, time, displacement)
 
     def twist_profile(self, x: np.ndarray, time: float, displacement: float) -> Iterable[Row]:
         return twist_rows(self.discrete, self.rods, x, time, displacement)

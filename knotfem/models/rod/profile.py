@@ -6,13 +6,15 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from knotfem.geometry.measures import vertex_means
+from knotfem.geometry.vectors import along_and_across
 from knotfem.models.base import Row
+from knotfem.models.profile import SectionForces, section_tangents, tension_rows
 from knotfem.models.rod.assembly import DiscreteRods
-from knotfem.models.rod.build import core_fraction
 from knotfem.scene.rods import Rod
 
 
-def tension_rows(
+def profile_rows(
     rods: DiscreteRods, scene: Sequence[Rod], x: np.ndarray, time: float, displacement: float
 ) -> Iterator[Row]:
     """Rows of tension.csv: a row for each node.
@@ -36,38 +38,27 @@ def tension_rows(
     torque, moment = at_nodes(rods, x)[1::2]
     tension = rods.tension(x)
     for number, rod in enumerate(scene):
-        nodes, share = rods.layout.of(number), core_fraction(rod)
-        place = x[nodes, :3]
-        edge = np.diff(place, axis=0)
-        tangent = _to_nodes(edge / np.linalg.norm(edge, axis=1)[:, None])
-        tangent /= np.linalg.norm(tangent, axis=1)[:, None]
-        force = _to_nodes(-np.cumsum(inner[nodes], axis=0)[:-1])
-        along = np.einsum("ni,ni->n", force, tangent)
-        across = np.linalg.norm(force - along[:, None] * tangent, axis=1)
-        axial = _to_nodes(tension[rods.layout.rod[rods.layout.edges] == number])
-        for i, s in enumerate(_arclength(rods, number)):
-            yield {
-                "displacement_mm": displacement,
-                "arclength_mm": float(s),
-                "s_over_L": i / (len(place) - 1),
-                "tension_N": float(along[i]),
-                "core_N": float(share * axial[i]),
-                "bulk_N": float((1.0 - share) * axial[i]),
-                "rod": rod.name,
-                "time_s": time,
-                "shear_N": float(across[i]),
-                "bending_moment_Nmm": float(moment[nodes][i]),
-                "torque_Nmm": float(torque[nodes][i]),
-                "x_mm": float(place[i, 0]),
-                "y_mm": float(place[i, 1]),
-                "z_mm": float(place[i, 2]),
-            }
+        nodes, core = rods.layout.of(number), rod.core_axial_stiffness / rod.axial_stiffness
+        force = vertex_means(-np.cumsum(inner[nodes], axis=0)[:-1])
+        along, across = along_and_across(force, section_tangents(x[nodes, :3]))
+        axial = vertex_means(tension[rods.layout.rod[rods.layout.edges] == number])
+        forces = SectionForces(
+            _arclength(rods, number),
+            x[nodes, :3],
+            along,
+            core * axial,
+            (1.0 - core) * axial,
+            across,
+            moment[nodes],
+            torque[nodes],
+        )
+        yield from tension_rows(rod.name, forces, time, displacement)
 
 
 def twist_rows(
     rods: DiscreteRods, scene: Sequence[Rod], x: np.ndarray, time: float, displacement: float
 ) -> Iterator[Row]:
-    """Rows of twist.csv: a row for each node; see `tension_rows`."""
+    """Rows of twist.csv: a row for each node; see `profile_rows`."""
     twist, torque, curvature, moment = at_nodes(rods, x)
     for number, rod in enumerate(scene):
         first = rods.layout.of(number).start
@@ -104,8 +95,3 @@ def at_nodes(rods: DiscreteRods, x: np.ndarray) -> tuple[np.ndarray, np.ndarray,
 def _arclength(rods: DiscreteRods, number: int) -> np.ndarray:
     nodes = rods.layout.of(number)
     return np.arange(nodes.stop - nodes.start) * rods.layout.spacing[number]
-
-
-def _to_nodes(segments: np.ndarray) -> np.ndarray:
-    """Means of the segments on either side of each node; at the ends there is one."""
-    return np.concatenate([segments[:1], 0.5 * (segments[1:] + segments[:-1]), segments[-1:]])

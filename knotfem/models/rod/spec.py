@@ -1,18 +1,14 @@
-"""Rods, contact and obstacles of discrete rods, in plain numbers."""
+"""Discrete rods and their contact, in plain numbers."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from knotfem.errors import InputError
 from knotfem.geometry.finite_rotation import parallel_transport
 from knotfem.geometry.vectors import perpendicular, unit_edges
-
-if TYPE_CHECKING:
-    from knotfem.contact.rigid import RigidSurface  # with compiled loops, for scenes with obstacles only
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,29 +47,12 @@ class ContactSpec:
         friction: mu of each pair of rods, shape [rods, rods], or one number.
         ramp: overlap over which the force rises smoothly [mm].
         sample_spacing: largest distance between samples [mm].
-        tangential: stiffness of the friction springs in units of the normal one; None for Mindlin's ratio.
     """
 
     stiffness: float
     friction: np.ndarray | float
     ramp: float
     sample_spacing: float
-    tangential: float | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class ObstacleSpec:
-    """A rigid body.
-
-    Attributes:
-        surface: what it is.
-        friction: mu of each rod, shape [rods], or one number.
-        stiffness: line stiffness [N/mm^2]; None for twice the rods'.
-    """
-
-    surface: RigidSurface
-    friction: np.ndarray | float
-    stiffness: float | None = None
 
 
 def directors_of(rod: RodSpec) -> np.ndarray:

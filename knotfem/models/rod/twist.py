@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from knotfem.compiled import kernel
+from knotfem.geometry.finite_rotation import half_binormals
 from knotfem.geometry.rotation import (
     angle_about,
     half_binormal,
@@ -161,12 +162,12 @@ class Twist(VertexTerm):
 
     def clamp_couples(self, x: np.ndarray) -> np.ndarray:
         a, b, left = self.clamp_directions(x)
-        k = np.cross(a, b) / (1.0 + np.einsum("ki,ki->k", a, b)[:, None])
+        k = half_binormals(a, b)
         torque = self.torque(x)[self.clamped, None]
         return torque * np.where(left, np.cross(a, k) - a, b + np.cross(b, k))
 
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
-        return _assemble(x, self.frames.view, self.rest, self.modulus, residual, view_of(matrix, 4))
+        return _assemble(x, self.frames.view, self.rest, self.modulus, residual, view_of(matrix, residual.shape[1]))
 
     def energy(self, x: np.ndarray) -> float:
         return _energy(x, self.frames.view, self.rest, self.modulus)

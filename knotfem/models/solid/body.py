@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import accumulate
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from knotfem.errors import InputError
-from knotfem.mesh.make_section import other_count, section_from, section_of
+from knotfem.mesh.make_section import chosen_section, other_count
 from knotfem.mesh.quadratic import quadratic
 from knotfem.mesh.rod import RodMesh, extrude
 from knotfem.mesh.section import Section
@@ -69,11 +70,6 @@ class SolidRod:
         """Nodes on the centreline, shape [sections]."""
         return self.section_nodes[:, self.mesh.section.axis]
 
-    @property
-    def core_stiffness(self) -> float:
-        """EA of the core [N]; 0 without one."""
-        return self.scene.core.axial_stiffness if self.scene.core is not None else 0.0
-
     def lumped(self, density: float) -> np.ndarray:
         """Mass of each node at this density, shape [nodes of the rod]."""
         return lumped_mass(self.bulk.elements - self.first, self.bulk.formulation, density, len(self.mesh.nodes))
@@ -91,7 +87,7 @@ class SolidRod:
             self.mesh.span * self.mesh.element_length * weights.sum()
         )
         weights *= self.scene.material.youngs_modulus
-        weights[self.mesh.section.axis] += self.core_stiffness
+        weights[self.mesh.section.axis] += self.scene.core_axial_stiffness
         return weights / weights.sum()
 
 
@@ -129,6 +125,13 @@ class Body:
         return sum(len(rod.mesh.hexes) for rod in self.rods)
 
     @property
+    def axis_edges(self) -> tuple[np.ndarray, np.ndarray]:
+        """Nodes of the centrelines' edges, shape [edges, 2], and their lengths [mm], shape [edges]."""
+        edges = [np.stack([rod.axis_nodes[:-1], rod.axis_nodes[1:]], axis=1) for rod in self.rods]
+        lengths = [np.full(rod.mesh.slices, rod.mesh.element_length) for rod in self.rods]
+        return np.concatenate(edges), np.concatenate(lengths)
+
+    @property
     def elastic(self) -> list[Term]:
         """Bulk and core of all rods."""
         return [term for rod in self.rods for term in (rod.bulk, rod.core) if term is not None]
@@ -145,13 +148,17 @@ def mesh_of(rod: Rod, section: Section | None = None) -> RodMesh:
         InputError: no such section.
     """
     order = ORDERS[rod.mesh.element]
-    if section is None and rod.mesh.section is not None:
-        section = section_from(rod.mesh.section, order)
-    elif section is None:
-        section = section_of(rod.mesh.section_elements, order)
+    if section is None:
+        section = chosen_section(rod.mesh.section, rod.mesh.section_elements, order)
     elif section.order < order:
         section = quadratic(section)
-    return extrude(section, 0.5 * rod.diameter, rod.length, rod.slices, match_bending=rod.mesh.match_bending_stiffness)
+    return extrude(section, rod.radius, rod.length, rod.slices, match_bending=rod.mesh.match_bending_stiffness)
+
+
+def meshes_of(scene: Scene) -> list[tuple[RodMesh, int]]:
+    """Meshes of all rods of a scene, as `mesh_of`, each with the number of its first node in the whole model."""
+    meshes = [mesh_of(rod) for rod in scene.rods]
+    return list(zip(meshes, accumulate((len(mesh.nodes) for mesh in meshes[:-1]), initial=0), strict=True))
 
 
 def build_body(scene: Scene, section: Section | None = None, materials: Mapping[str, Material] | None = None) -> Body:
@@ -195,9 +202,9 @@ def _solid_rod(rod: Rod, target: Centreline, first: int, section: Section | None
     if rod.core is not None:
         from knotfem.terms.axial import AxialStiffness
 
-        edges, stiffness = mesh.core + first, np.full(len(mesh.core), rod.core.axial_stiffness)
+        edges, stiffness = mesh.core + first, np.full(len(mesh.core), rod.core_axial_stiffness)
         length, merit = np.full(len(edges), mesh.element_length), np.full(len(edges), MERIT_AXIAL_STIFFNESS)
-        core = AxialStiffness("core", edges, length, stiffness, merit, 3)
+        core = AxialStiffness("core", edges, length, stiffness, merit)
     return SolidRod(rod, mesh, first, target, bulk, core, mesh.section_nodes + first, points)
 
 

@@ -119,7 +119,8 @@ class Elasticity(Term):
         hexahedra.element_slots(flat, pattern.node_ptr, pattern.node_adj, self._slots)
 
     def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> bool:
-        law, unknowns, view = self._law(x), UnknownsView(self.pressure, self.modes), view_of(matrix, 3)
+        law, unknowns = self._law(x), UnknownsView(self.pressure, self.modes)
+        view = view_of(matrix, residual.shape[1])
         places = PlacesView(view.wanted, view.node_ptr, view.data, view.upper, self._slots)
         self.smallest_j, self._pivot = hexahedra.assemble(
             x, self._view, law, unknowns, self._condensed, residual, places

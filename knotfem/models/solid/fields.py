@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from knotfem.geometry.vectors import unit_edges
 from knotfem.models.solid.body import Body
-from knotfem.models.solid.stress import stress_state, symmetric
+from knotfem.models.solid.stress import layer_forces, stress_state, symmetric
 from knotfem.solver.term import Role, Term
 
 
@@ -31,13 +32,10 @@ def fields(body: Body, terms: Sequence[Term], x: np.ndarray) -> tuple[dict[str, 
         stress.append(symmetric(cauchy))
         strain.append(state.largest_principal_strain.ravel())
         pressure.append(-np.trace(cauchy, axis1=1, axis2=2) / 3.0)
-        axial = np.einsum("sqgik,qg->sqik", state.first_piola, state.weights)[..., 2]
-        axial /= rod.mesh.span * rod.mesh.element_length
-        edge = np.diff(x[rod.axis_nodes[:: rod.mesh.span]], axis=0)
-        edge /= np.linalg.norm(edge, axis=1)[:, None]
-        force = np.einsum("sqi,si->s", axial, edge) + (
-            rod.core.force.reshape(-1, rod.mesh.span).mean(axis=1) if rod.core is not None else 0.0
-        )
+        edge = unit_edges(x[rod.axis_nodes[:: rod.mesh.span]])
+        force = np.einsum("si,si->s", layer_forces(state, rod.bulk), edge)
+        if rod.core is not None:
+            force += rod.core.force.reshape(-1, rod.mesh.span).mean(axis=1)
         tension.append(np.repeat(force, rod.bulk.elements.shape[1]))
         at_nodes = state.nodal(rod.projection)
         nodal_stress.append(at_nodes[0])

@@ -16,6 +16,7 @@ from knotfem.models.effects import absent_effects
 from knotfem.models.ends import ends_of
 from knotfem.models.newton import newton_of
 from knotfem.models.series import Fields, SeriesMesh
+from knotfem.models.shared_terms import obstacles_of
 from knotfem.models.solid.assembly import make_terms
 from knotfem.models.solid.body import SolidRod, build_body
 from knotfem.models.solid.fields import fields
@@ -53,10 +54,11 @@ class SolidModel(Model):
         self.scene, self.body = scene, build_body(scene, section, extra.materials)
         self.targets = [rod.target for rod in self.body.rods]
         self.nodes, self.hexes, self.sections = self.body.nodes, self.body.hexes, self.body.sections
-        self.terms = make_terms(self.body, tuple(extra.obstacles))
+        obstacles = obstacles_of(scene, extra.obstacles)
+        self.terms = make_terms(self.body, obstacles)
         self.terms += [made if not callable(made) else made(self) for made in extra.terms]
         self.absent = absent_effects(scene)
-        self.obstacle_names = [o.name for o in (*scene.obstacles, *extra.obstacles)]
+        self.obstacle_names = [obstacle.name for obstacle in obstacles]
         self.warnings = self.body.warnings
 
     def describe(self) -> dict[str, str]:

@@ -11,8 +11,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from knotfem.geometry.measures import vertex_means
+from knotfem.geometry.vectors import along_and_across, unit_edges
+from knotfem.models.profile import section_tangents
 from knotfem.models.solid.elasticity import Elasticity
-from knotfem.models.solid.stress import StressState, middle_forces, stress_state
+from knotfem.models.solid.stress import StressState, layer_forces, middle_forces, stress_state
 
 if TYPE_CHECKING:
     from knotfem.terms.axial import AxialStiffness
@@ -39,22 +42,22 @@ class Resultants:
     @property
     def tension(self) -> np.ndarray:
         """Nodal forces along the tangent, shape [sections]."""
-        return np.einsum("ni,ni->n", self.force, self.tangent)
+        return along_and_across(self.force, self.tangent)[0]
 
     @property
     def shear(self) -> np.ndarray:
         """Size of the force across the tangent, shape [sections]."""
-        return np.linalg.norm(self.force - self.tension[:, None] * self.tangent, axis=1)
+        return along_and_across(self.force, self.tangent)[1]
 
     @property
     def torque(self) -> np.ndarray:
         """Moment about the tangent, shape [sections]."""
-        return np.einsum("ni,ni->n", self.moment, self.tangent)
+        return along_and_across(self.moment, self.tangent)[0]
 
     @property
     def bending_moment(self) -> np.ndarray:
         """Size of the moment across the tangent, shape [sections]."""
-        return np.linalg.norm(self.moment - self.torque[:, None] * self.tangent, axis=1)
+        return along_and_across(self.moment, self.tangent)[1]
 
 
 def resultants(
@@ -70,26 +73,18 @@ def resultants(
         core: its truss, or None.
     """
     centre = x[section_nodes[:, axis]]
-    tangent = _tangents(centre)
+    tangent = section_tangents(centre)
     state = stress_state(x, bulk)
     weighted = state.first_piola * state.weights[None, :, :, None, None]
     nodal = bulk.nodal_forces(x, weighted)
     force, moment = _carried(x, nodal, bulk.elements, centre)
     axial = np.zeros(section_nodes.shape[0])
     if core is not None:
-        edge = np.diff(centre, axis=0)
-        edge /= np.linalg.norm(edge, axis=1)[:, None]
-        pull = _to_sections(core.force[:, None] * edge)
+        pull = vertex_means(core.force[:, None] * unit_edges(centre))
         force += pull
         axial = np.einsum("ni,ni->n", pull, tangent)
     integral = _stress_integral(state, bulk, len(centre))
-    return Resultants(
-        force,
-        moment,
-        tangent,
-        axial,
-        np.einsum("ni,ni->n", integral, tangent),
-    )
+    return Resultants(force, moment, tangent, axial, np.einsum("ni,ni->n", integral, tangent))
 
 
 def _carried(
@@ -127,19 +122,8 @@ def _stress_integral(state: StressState, bulk: Elasticity, sections: int) -> np.
     Of eight-node hexahedra across the middle of each slice; of quadratic ones the mean over each layer.
     """
     if len(bulk.elements) == sections - 1:
-        return _to_sections(middle_forces(state, bulk))
-    layers = np.einsum("sqgi,qg->si", state.first_piola[..., 2], state.weights) / bulk.layer_height
+        return vertex_means(middle_forces(state, bulk))
+    layers = layer_forces(state, bulk)
     found = np.empty((sections, 3))
-    found[::2], found[1::2] = _to_sections(layers), layers
+    found[::2], found[1::2] = vertex_means(layers), layers
     return found
-
-
-def _to_sections(per_slice: np.ndarray) -> np.ndarray:
-    return np.concatenate([per_slice[:1], 0.5 * (per_slice[1:] + per_slice[:-1]), per_slice[-1:]])
-
-
-def _tangents(centre: np.ndarray) -> np.ndarray:
-    edge = np.diff(centre, axis=0)
-    edge /= np.linalg.norm(edge, axis=1)[:, None]
-    t = _to_sections(edge)
-    return t / np.linalg.norm(t, axis=1)[:, None]

@@ -86,6 +86,11 @@ def stress_state(x: np.ndarray, elasticity: Elasticity) -> StressState:
     return StressState(F, _first_piola(F, pressure, elasticity.material), elasticity.formulation.weights)
 
 
+def layer_forces(state: StressState, elasticity: Elasticity) -> np.ndarray:
+    """Stress integrated across the section, mean over each layer of hexahedra [N], shape [layers, 3]."""
+    return np.einsum("sqgi,qg->si", state.first_piola[..., 2], state.weights) / elasticity.layer_height
+
+
 def middle_forces(state: StressState, elasticity: Elasticity) -> np.ndarray:
     """Stress integrated across the middle of each slice of trilinear hexahedra [N], shape [slices, 3].
 

@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 
+from knotfem.scene.stiffness import bending_stiffness, mass_per_length
 from knotfem.solver.constraints import Prescribed, held
 from knotfem.solver.schemes import Scheme
 from knotfem.solver.system import System
@@ -78,13 +79,13 @@ def sagging(rod: Rod, g: float) -> float:
 def heavy_cantilever(gamma: float, sag: float) -> list[Quantity]:
     """Own weight, Gamma = rho A g L^3 / B."""
     rod = make_rod(120.0, 40, radius=1.5)
-    g = gamma * rod.bending / (rod.density * np.pi * 1.5**2 * 120.0**3)
+    g = gamma * rod.bending / (mass_per_length(rod.density, 1.5) * 120.0**3)
     return [Quantity("sag / L", sagging(rod, g) / 120.0, sag, 0.01)]
 
 
 def paper_rod(length: float, sag: float) -> list[Quantity]:
     """The paper's rod (B = 89.4 N mm^2) held at one end."""
-    rod = make_rod(length, 40, youngs=89.4 / (np.pi * 3.0**4 / 4.0))
+    rod = make_rod(length, 40, youngs=89.4 / bending_stiffness(1.0, 3.0))
     return [Quantity("sag [mm]", sagging(rod, 9810.0), sag, 0.01)]
 
 

@@ -20,6 +20,7 @@ from knotfem.geometry.frames import rotation_minimising_frame
 from knotfem.models.solid.elasticity import Elasticity
 from knotfem.models.solid.formulation import brick_formulation
 from knotfem.models.solid.resultants import Resultants, resultants
+from knotfem.scene.stiffness import axial_stiffness, bending_stiffness
 from knotfem.solver.constraints import Prescribed, driven, held
 from knotfem.solver.schemes import Scheme
 from knotfem.solver.state import State
@@ -44,7 +45,7 @@ from knotfem.verify.case import Case, Quantity
 RADIUS, DRUM = 3.0, 10.0
 MIDDLE = RADIUS + DRUM
 """Distance of the centreline from the drum's axis."""
-CORE = 75500.0 * np.pi * 0.127**2
+CORE = axial_stiffness(75500.0, 0.127)
 """EA of the paper's core [N]."""
 DOWN = np.array([0.0, 0.0, -1.0])
 
@@ -146,7 +147,7 @@ def drape(
     slices = 2 * (half + straight)
     turn = 0.5 * np.pi / half
     chord = 2.0 * MIDDLE * np.sin(0.5 * turn)
-    youngs = bending / (np.pi * RADIUS**4 / 4.0)
+    youngs = bending / bending_stiffness(1.0, RADIUS)
     rod = make_rod(slices * chord, slices, section=section, youngs=youngs, core_stiffness=core)
     angle = turn * np.arange(-half, half + 1)
     arc = (MIDDLE + 0.6 * ramp) * np.stack([np.sin(angle), np.zeros_like(angle), np.cos(angle)], axis=1)
@@ -185,7 +186,7 @@ def _part(rod: Rod, first: int, last: int, turn: float = 0.0) -> Part:
 def _part_of_core(core: AxialStiffness, first: int, last: int) -> AxialStiffness:
     edges, chosen = core.view, slice(first, last)
     merit = core.merit_stiffness[chosen]
-    return AxialStiffness("core", edges.nodes[chosen], edges.length[chosen], edges.stiffness[chosen], merit, 3)
+    return AxialStiffness("core", edges.nodes[chosen], edges.length[chosen], edges.stiffness[chosen], merit)
 
 
 def slips(draped: Draped, weight: float, distance: float) -> tuple[float, float]:

@@ -24,6 +24,7 @@ from knotfem.geometry.readers import read_centreline
 from knotfem.geometry.resample import equal_chords
 from knotfem.models.rod.assembly import DiscreteRods
 from knotfem.models.rod.spec import ContactSpec, RodSpec
+from knotfem.scene.stiffness import axial_stiffness, bending_stiffness, mass_per_length
 from knotfem.shipped import centreline_path
 from knotfem.solver.constraints import Prescribed, driven, held
 from knotfem.solver.nonlinear.line_search import Armijo
@@ -49,8 +50,8 @@ from knotfem.verify.benchmarks.rods import (
 from knotfem.verify.case import Case, Quantity
 
 RADIUS, YOUNGS = 3.0, 1.425
-BENDING = YOUNGS * np.pi * RADIUS**4 / 4.0
-CORE = 75500.0 * np.pi * 0.127**2
+BENDING = bending_stiffness(YOUNGS, RADIUS)
+CORE = axial_stiffness(75500.0, 0.127)
 """EA of the paper's core [N]."""
 X_AXIS = np.array([1.0, 0.0, 0.0])
 
@@ -58,7 +59,7 @@ X_AXIS = np.array([1.0, 0.0, 0.0])
 def near_equilibrium(length: float, slices: int) -> np.ndarray:
     """Centreline of a frictionless knot of discrete rods between pinned ends, shape [slices + 1, 3]."""
     points = equal_chords(read_centreline(centreline_path("overhand")), slices, length).points
-    axial, mass = CORE + YOUNGS * np.pi * RADIUS**2, DENSITY * np.pi * RADIUS**2
+    axial, mass = CORE + axial_stiffness(YOUNGS, RADIUS), mass_per_length(DENSITY, RADIUS)
     rod = RodSpec(points, RADIUS, BENDING, BENDING / 1.5, axial, mass)
     contact = ContactSpec(hertz_line_stiffness(YOUNGS, 0.5), 0.0, ramp=RADIUS / 30.0, sample_spacing=RADIUS / 4.0)
     rods = DiscreteRods([rod], contact, drag=20.0)

@@ -18,6 +18,7 @@ from knotfem.models.solid.body import MERIT_AXIAL_STIFFNESS
 from knotfem.models.solid.elasticity import Elasticity
 from knotfem.models.solid.formulation import lumped_mass, make_formulation
 from knotfem.scene.elements import ORDERS
+from knotfem.scene.stiffness import bending_stiffness
 from knotfem.solver.constraints import Prescribed
 from knotfem.solver.nonlinear.line_search import Armijo
 from knotfem.solver.nonlinear.newton import Newton, Solution
@@ -157,7 +158,7 @@ def make_rod(
     shear, bulk_modulus = moduli(youngs, poisson)
     bulk = Elasticity(mesh.layers + first, form, NeoHooke(shear), bulk_modulus)
     core = make_core(mesh.core + first, mesh.element_length, core_stiffness) if core_stiffness > 0.0 else None
-    return Rod(mesh, first, bulk, core, density, youngs * np.pi * radius**4 / 4.0)
+    return Rod(mesh, first, bulk, core, density, bending_stiffness(youngs, radius))
 
 
 def make_core(edges: np.ndarray, length: float, stiffness: float) -> AxialStiffness:
@@ -169,7 +170,7 @@ def make_core(edges: np.ndarray, length: float, stiffness: float) -> AxialStiffn
         stiffness: EA [N].
     """
     same = np.ones(len(edges))
-    return AxialStiffness("core", edges, length * same, stiffness * same, MERIT_AXIAL_STIFFNESS * same, 3)
+    return AxialStiffness("core", edges, length * same, stiffness * same, MERIT_AXIAL_STIFFNESS * same)
 
 
 def cross_sections(*rods: Rod) -> Sections:

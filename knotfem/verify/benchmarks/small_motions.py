@@ -9,6 +9,7 @@ import numpy as np
 from scipy.sparse import diags_array
 from scipy.sparse.linalg import eigsh
 
+from knotfem.scene.stiffness import mass_per_length
 from knotfem.solver.constraints import Prescribed
 from knotfem.solver.schemes import Scheme
 from knotfem.solver.system import System
@@ -33,7 +34,7 @@ def frequencies(element: str, slices: int) -> list[Quantity]:
     system = System(rod.terms, len(rod.mesh.nodes), make_solver("superlu"), Scheme(), beam_clamp(rod))
     system.begin(at_rest(rod.mesh.nodes), 1.0)
     found = np.sqrt(lowest(rod, system, rod.mesh.nodes, 6))
-    scale = np.sqrt(rod.bending / (rod.density * np.pi * 1.5**2)) / 180.0**2
+    scale = np.sqrt(rod.bending / mass_per_length(rod.density, 1.5)) / 180.0**2
     return [
         Quantity(
             "omega [1/s]",

@@ -133,10 +133,10 @@ def _sliding_band(found: Outcome) -> Quantity:
     tension, x, z = (found.tension[name][last] for name in ("tension_N", "x_mm", "z_mm"))
     angle = np.abs(np.unwrap(np.arctan2(x, z)))
     radius = 0.5 * (rod.diameter + cylinder.diameter)
-    bending = rod.material.youngs_modulus * np.pi * rod.diameter**4 / 64.0 / radius**2
+    bending = rod.bending_stiffness / radius**2
     rows = np.flatnonzero((tension > ABOVE_BENDING * bending) & (tension < PART_OF_LAW * tension.max()))
     low, high = rows[np.argmin(tension[rows])], rows[np.argmax(tension[rows])]
-    exponent = capstan_exponent(found.scene.contact.friction, 0.5 * rod.diameter, 0.5 * cylinder.diameter)
+    exponent = capstan_exponent(found.scene.contact.friction, rod.radius, 0.5 * cylinder.diameter)
     expected = float(np.exp(exponent * abs(angle[high] - angle[low])))
     return Quantity("ratio in the sliding band", float(tension[high] / tension[low]), expected, 0.05)
 

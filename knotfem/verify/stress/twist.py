@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from knotfem.geometry.frames import tangents, twist_of
+from knotfem.geometry.frames import material_frames, tangents, twist_of
 from knotfem.geometry.writhe import writhe
 from knotfem.models.solid.body import SolidRod
 from knotfem.models.solid.model import SolidModel
@@ -47,10 +47,7 @@ def link_of(rod: SolidRod, x: np.ndarray) -> tuple[float, float]:
     centre = x[rod.axis_nodes]
     t = tangents(centre)
     spoke = x[rod.section_nodes[:, rod.mesh.section.ring[0]]] - centre
-    d1 = spoke - np.einsum("ij,ij->i", spoke, t)[:, None] * t
-    d1 /= np.linalg.norm(d1, axis=1)[:, None]
-    frames = np.stack([d1, np.cross(t, d1), t], axis=1)
-    twist = float(twist_of(frames, centre).sum()) / (2.0 * np.pi)
+    twist = float(twist_of(material_frames(t, spoke), centre).sum()) / (2.0 * np.pi)
     far = FAR * rod.mesh.length
     return twist, writhe(np.vstack([centre[0] - far * t[0], centre, centre[-1] + far * t[-1]]))
 

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from knotfem.contact.friction import Friction
-from knotfem.models.rod.build import contact_spec, core_fraction, make_rods, rod_spec
+from knotfem.models.rod.build import contact_spec, make_rods, rod_spec
 from knotfem.models.rod.initial import initial_rods
+from knotfem.models.shared_terms import obstacles_of
 from knotfem.run.check import check
 from knotfem.scene import load_scene
 
@@ -21,7 +22,7 @@ def test_stiffness_is_that_of_the_section():
     assert spec.twisting == pytest.approx(spec.bending * 2.0 / 3.0, rel=1e-3)
     core = 75.5e3 * np.pi * 0.127**2
     assert spec.axial == pytest.approx(E * area + core)
-    assert core_fraction(scene.rods[0]) == pytest.approx(core / spec.axial)
+    assert scene.rods[0].core_axial_stiffness / scene.rods[0].axial_stiffness == pytest.approx(core / spec.axial)
     assert spec.mass_per_length == pytest.approx(1.16e-9 * area)
     assert spec.spacing == 10.0
 
@@ -41,7 +42,7 @@ def test_contact_is_hertzian_or_harder():
 
 def test_friction_is_that_of_each_pair():
     scene = load_scene("bowline", [*COARSE, 'contact.pairs=[{between=["rod", "cylinder"], friction=0.1}]'])
-    rods = make_rods(scene, initial_rods(scene))
+    rods = make_rods(scene, initial_rods(scene), obstacles_of(scene))
     between, on_cylinder = (term for term in rods.terms if isinstance(term, Friction))
     assert between.coefficients.tolist() == [[0.33]]
     assert on_cylinder.coefficients.tolist() == [0.1]

@@ -24,13 +24,13 @@ MOVED = 7.0
 
 def initial(scene: Scene, folder: Path | None = None) -> InitialRod:
     """The only rod of a scene, from its source if it has one."""
-    (rod,) = initial_rods(scene, source_rods(scene, folder) if scene.tie.source is not None else None)
+    (rod,) = initial_rods(scene, source_rods(scene, folder))
     return rod
 
 
 def twists(scene: Scene) -> np.ndarray:
     """Twist per length of a scene's only rod: at the start's clamp, at the inner nodes and at the end's clamp."""
-    model = RodModel(scene, source=source_rods(scene) if scene.tie.source is not None else None)
+    model = RodModel(scene, source=source_rods(scene))
     frames, state = model.discrete.frames, model.straight()
     frames.load(state.history["frames-1"])
     per_length = frames.twists(state.x) / frames.cell

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from reduced import BENDING, RADIUS, TWISTING, End, Rods, crossing, line, settle, spec, still
 
-from knotfem.models.rod.build import axial_stiffness
 from knotfem.models.rod.fields import AROUND, tube_fields, tube_mesh, tube_rings
-from knotfem.models.rod.profile import at_nodes, tension_rows, twist_rows
+from knotfem.models.rod.profile import at_nodes, profile_rows, twist_rows
 from knotfem.models.series import Fields
 from knotfem.scene import load_scene
 from knotfem.scene.rods import Rod
@@ -21,7 +20,7 @@ def named(core_fraction: float = 0.0) -> tuple[Rod, ...]:
     (rod,) = load_scene("cantilever", ["rods.0.core=none"]).rods
     if core_fraction == 0.0:
         return (rod,)
-    stiffness = axial_stiffness(rod) * core_fraction / (1.0 - core_fraction)
+    stiffness = rod.axial_stiffness * core_fraction / (1.0 - core_fraction)
     core = f"{{youngs_modulus='{float(stiffness / np.pi)!r} MPa', radius='1 mm'}}"
     return load_scene("cantilever", [f"rods.0.core={core}"]).rods
 
@@ -59,7 +58,7 @@ def nodal(model: Rods) -> tuple[np.ndarray, ...]:
 
 
 def tensions(model: Rods, core_fraction: float):
-    return tension_rows(model.discrete, named(core_fraction), model.x, 0.0, 0.0)
+    return profile_rows(model.discrete, named(core_fraction), model.x, 0.0, 0.0)
 
 
 def twists(model: Rods, time: float, displacement: float):

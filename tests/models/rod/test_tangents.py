@@ -49,7 +49,7 @@ def elastic(crooked, name):
     if name == "stretch":
         edges, rod = crooked.layout.edges, crooked.layout.rod[crooked.layout.edges]
         pairs = np.stack([edges, edges + 1], axis=1)
-        term = AxialStiffness(name, pairs, crooked.layout.spacing[rod], stiffness[rod], stiffness[rod], 4)
+        term = AxialStiffness(name, pairs, crooked.layout.spacing[rod], stiffness[rod], stiffness[rod])
         term.view.force[:] = term.tension(crooked.x)
         return term
     return (Bend if name == "bend" else Twist)(crooked.frames, stiffness)

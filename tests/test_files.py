@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from knotfem.errors import InputError
-from knotfem.run.files import append, read_json, whole_lines, write_atomically, write_json
+from knotfem.files import append, read_json, whole_lines, write_atomically, write_json
 
 
 @contextmanager

@@ -10,7 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from knotfem.errors import InputError
+from knotfem.errors import InputError, cannot_read, cannot_write
 
 PART_SUFFIX = ".part"
 """Ends the names of files that are not whole yet."""
@@ -60,7 +60,7 @@ def read_json(path: Path) -> dict[str, Any]:
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror})", file=path) from None
+        raise cannot_read(path, error) from None
     except ValueError as error:
         raise InputError(f"not a JSON file: {error}", file=path) from None
     if not isinstance(data, dict):
@@ -101,13 +101,6 @@ def whole_lines(path: Path) -> list[str]:
     """Lines of a text file without a last one that a crash has cut short."""
     text = path.read_text(encoding="utf-8")
     return text[: text.rfind("\n") + 1].splitlines()
-
-
-def cannot_write(path: Path, error: OSError) -> InputError:
-    """The message for a file or folder that cannot be written."""
-    return InputError(
-        f"cannot be written ({error.strerror or error})", file=path, expected="a writable folder with space"
-    )
 
 
 def _plain(value: Any) -> Any:

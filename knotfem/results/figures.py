@@ -1,0 +1,42 @@
+"""The figures that a run directory draws by itself."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from knotfem.plot import plots
+from knotfem.results.data import open_run
+from knotfem.results.profile import StoredStates
+from knotfem.run.directory import RunDirectory
+from knotfem.run.recorder import Recorder
+
+
+class RunFigures:
+    """See `knotfem.run.driver.Figures`."""
+
+    def mapped(self, run: RunDirectory, recorder: Recorder) -> None:
+        """stretch.png: stretch of each rod's centreline against arclength, coloured by mapping time."""
+        rods, first = run.scene.rods, 0
+        for rod in rods:
+            edges = slice(first, first + rod.slices)
+            first += rod.slices
+            plots.plot_stretch(
+                (np.arange(rod.slices) + 0.5) / rod.slices,
+                np.array([stretch[edges] for stretch in recorder.stretches]),
+                np.array(recorder.mapping_times),
+                run.path / ("stretch.png" if len(rods) == 1 else f"stretch-{rod.name}.png"),
+                threshold=run.scene.tie.threshold,
+            )
+
+    def finished(self, run: RunDirectory) -> None:
+        """force.png and tension.png: force against displacement, and the last tension profile over the last force."""
+        done = open_run(run.path)
+        force, stored = done.table("force"), StoredStates.of(run.path, done.table("tension"))
+        if force["force_N"].size:
+            plots.plot_force({run.path.name: force}, run.path / "force.png", radius=0.5 * run.scene.diameter)
+        if not stored.times.size:
+            return
+        last = stored.profile(None)
+        curves = {"" if len(last.rods) == 1 else rod: last.of(rod).table for rod in sorted(last.rods)}
+        applied = float(force["force_N"][-1]) if force["force_N"].size else 0.0
+        plots.plot_tension(curves, run.path / "tension.png", applied=applied or float(np.abs(last.tension).max()))
