@@ -31,7 +31,7 @@ class RunData(ABC):
         """Columns as they were when first asked for, by name with units, each of shape [rows]; empty without a table.
 
         Args:
-            name: "force", "tension", "contacts", "twist" or "tie".
+            name: "force", "tension", "contacts", "twist", "events" or "tie".
         """
 
     @property

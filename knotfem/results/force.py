@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,6 +28,7 @@ class ForceCurve:
         steps: times [s] and forces [N] of each step, by its name.
         displacement: of the pulled end over all pulls [mm], ascending, shape [n]; empty without a pull.
         force: [N], shape [n].
+        unbalanced: displacements between which the curve is not one of equilibria, as the scene asks for them [mm].
         spans: first and last time [s] of each pull, and the displacement at which it set out [mm], by its name.
     """
 
@@ -37,6 +38,7 @@ class ForceCurve:
     displacement: np.ndarray
     force: np.ndarray
     spans: dict[str, tuple[float, float, float]]
+    unbalanced: list[tuple[float, float]] = field(default_factory=list)
 
     def at(self, displacement: np.ndarray | float) -> np.ndarray:
         """Force at displacements within the curve [N]."""
@@ -48,6 +50,8 @@ class ForceCurve:
 
         drawn = axes_for(axes)
         drawn.plot(self.displacement, self.force, **{"label": self.label, **line})  # pyright: ignore[reportArgumentType]
+        for first, last in self.unbalanced:
+            drawn.axvspan(first, last, color="0.9", zorder=0)
         drawn.set_xlabel("displacement [mm]")
         drawn.set_ylabel("force [N]")
         return drawn
@@ -81,21 +85,36 @@ def force_curve(run: RunData, label: str | None = None) -> ForceCurve:
     for column in ("time_s", "step", "displacement_mm", "force_N"):
         if column not in table:
             raise InputError("no such column", file=run.path, key=column, found=",".join(table))
-    steps, spans, before = {}, {}, 0.0
+    steps, spans, unbalanced, before = {}, {}, [], 0.0
     displacement, force = [np.zeros(0)], [np.zeros(0)]
     for step in run.scene.loading_steps:
-        rows = table["step"] == step.name
-        if not rows.any():
+        rows = np.flatnonzero(table["step"] == step.name)
+        if not rows.size:
             continue
+        balanced = table["equilibrium"][rows] > 0 if "equilibrium" in table else np.ones(rows.size, dtype=bool)
+        if not step.real and balanced.any():
+            rows, balanced = rows[balanced], balanced[balanced]
         steps[step.name] = table["time_s"][rows], table["force_N"][rows]
         if isinstance(step, Pull):
             went, end = table["displacement_mm"][rows], float(table["time_s"][rows][-1])
             displacement.append(before + went)
             force.append(table["force_N"][rows])
+            unbalanced += [(before + a, before + b) for a, b in stretches_of(~balanced, went)]
             spans[step.name] = end - float(went[-1]) / step.nominal_speed, end, before
             before += step.displacement
     name = run.name if label is None else label
-    return ForceCurve(name, run, steps, np.concatenate(displacement), np.concatenate(force), spans)
+    return ForceCurve(name, run, steps, np.concatenate(displacement), np.concatenate(force), spans, unbalanced)
+
+
+def stretches_of(marked: np.ndarray, displacement: np.ndarray) -> list[tuple[float, float]]:
+    """Intervals of displacement [mm] that end in marked rows, each from the row before.
+
+    Args:
+        marked: boolean, shape [n].
+        displacement: ascending [mm], shape [n].
+    """
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], marked.astype(np.int8), [0]])))
+    return [(float(displacement[max(a - 1, 0)]), float(displacement[b - 1])) for a, b in edges.reshape(-1, 2)]
 
 
 def onset_of_locking(displacement: np.ndarray, force: np.ndarray) -> float | None:

@@ -116,6 +116,11 @@ class Run(RunData):
         return Cost(phases, effects, s.get("steps", 0), s.get("newton_iterations", 0), s.get("peak_memory_mb", 0.0))
 
     @property
+    def events(self) -> Arrays:
+        """Jumps of the rods from one branch of equilibria to another: columns of events.csv, none in real time."""
+        return dict(self.table("events"))
+
+    @property
     def energy(self) -> EnergyCurve:
         """Energy balance of the loading steps."""
         return EnergyCurve(self.table("force"))

@@ -14,9 +14,14 @@ FORCE_COLUMNS = (
 FORCE_EXTRA = (
     "step", "sliding", "imbalance_N", "drag_force_N", "unrest_N", "work_Nmm", "elastic_Nmm", "kinetic_Nmm",
     "contact_Nmm", "gravity_Nmm", "friction_Nmm", "drag_Nmm", "numerical_Nmm", "missing_Nmm", "cutbacks",
+    "equilibrium",
 )  # fmt: skip
 TENSION_COLUMNS = ("displacement_mm", "arclength_mm", "s_over_L", "tension_N", "core_N", "bulk_N")
 TENSION_EXTRA = ("rod", "time_s", "shear_N", "bending_moment_Nmm", "torque_Nmm", "x_mm", "y_mm", "z_mm")
+EVENT_COLUMNS = (
+    "step", "time_s", "displacement_mm", "force_before_N", "force_after_N", "rod", "s_over_L", "moved_mm",
+    "released_Nmm", "steps",
+)  # fmt: skip
 TWIST_COLUMNS = (
     "displacement_mm", "arclength_mm", "s_over_L", "twist_rad_per_mm", "torque_Nmm", "curvature_per_mm",
     "bending_moment_Nmm", "rod", "time_s",

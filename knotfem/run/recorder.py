@@ -13,6 +13,7 @@ from knotfem.models.contacts import CONTACT_COLUMNS, contact_rows
 from knotfem.models.series import Fields, SeriesMesh
 from knotfem.run.checkpoint import RunCheckpoint
 from knotfem.run.columns import (
+    EVENT_COLUMNS,
     FORCE_COLUMNS,
     FORCE_EXTRA,
     TENSION_COLUMNS,
@@ -22,6 +23,7 @@ from knotfem.run.columns import (
     Value,
     energy_column,
 )
+from knotfem.run.jumps import Jump
 from knotfem.run.simulation import PhaseDone, Simulation, TimeStepDone
 from knotfem.run.summary import Summary
 from knotfem.scene.steps import Relax
@@ -128,6 +130,7 @@ class Recorder:
             "tension": (*TENSION_COLUMNS, *TENSION_EXTRA),
             "contacts": CONTACT_COLUMNS,
             **({"twist": TWIST_COLUMNS} if self.model.segments else {}),
+            **({} if all(step.real for step in self.model.scene.steps) else {"events": EVENT_COLUMNS}),
         }
         self.tables = {name: self.store.table(name, of_it) for name, of_it in columns.items()}
         rows = checkpoint.rows if checkpoint else {}
@@ -222,6 +225,9 @@ class Recorder:
                 **{key: value for key, value in record.items() if key != "step"},
             }
         )
+        if event.jump is not None:
+            self.tables["events"].append(event_row(event.jump))
+            self.summary.figures["events"] += 1
         if event.output:
             self._output(event)
 
@@ -255,6 +261,22 @@ def own_columns(terms: Iterable[Term]) -> list[str]:
     return [column for column in taken if column not in FORCE_EXTRA]
 
 
+def event_row(jump: Jump) -> dict[str, float | int | str]:
+    """Row of events.csv."""
+    return {
+        "step": jump.step,
+        "time_s": jump.time,
+        "displacement_mm": jump.displacement,
+        "force_before_N": jump.force_before,
+        "force_after_N": jump.force_after,
+        "rod": jump.rod,
+        "s_over_L": jump.arclength_fraction,
+        "moved_mm": jump.moved,
+        "released_Nmm": jump.released,
+        "steps": jump.steps,
+    }
+
+
 def force_row(event: TimeStepDone) -> dict[str, float | int | str]:
     """Row of force.csv of an accepted step."""
     e, f, accepted = event.energies, event.figures, event.accepted
@@ -281,6 +303,7 @@ def force_row(event: TimeStepDone) -> dict[str, float | int | str]:
         "numerical_Nmm": e.algorithmic,
         "missing_Nmm": e.error,
         "cutbacks": accepted.rejected,
+        "equilibrium": int(event.equilibrium),
         **dict.fromkeys(map(energy_column, SHARED), 0.0),
         **own,
     }

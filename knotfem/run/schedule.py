@@ -12,6 +12,7 @@ from knotfem.models.base import Model
 from knotfem.scene.steps import Pull, Relax, Release, Step
 from knotfem.solver.nonlinear.tolerance import ForceTolerance
 from knotfem.solver.stepping.controller import StepController
+from knotfem.solver.stepping.integrator import AcceptedStep
 from knotfem.solver.stepping.pace import Pacing
 from knotfem.solver.stepping.quasi_static import QuasiStatic
 
@@ -28,10 +29,20 @@ class Schedule:
     Attributes:
         pacing: of steps.
         output_times: when outputs are due [s], ascending; the last ends the step.
+        tolerance: largest fraction of the load that viscous terms and inertia carry in an equilibrium.
+        floor: the balance itself is known no better than this [N].
     """
 
     pacing: Pacing
     output_times: np.ndarray
+    tolerance: float
+    floor: float
+
+    def in_equilibrium(self, accepted: AcceptedStep, figures: StepFigures) -> bool:
+        """Whether an accepted step ended in equilibrium, in real time by what is carried in comparison to the force."""
+        if self.pacing.watches_balance:
+            return accepted.settled
+        return figures.dynamic_residual <= max(self.tolerance * abs(figures.force), self.floor)
 
     def fraction(self, began: float, now: float) -> float:
         """How much of it is done, 0 to 1; nan where it takes as long as rods take to settle."""
@@ -59,7 +70,9 @@ def schedule_of(model: Model, step: Step, began: float) -> Schedule:
     times = began + np.minimum(np.arange(1, count + 1) * every, length)
     smallest = first * 0.4**scene.solver.max_cutbacks
     real = StepController(first=first, smallest=smallest, largest=length, move=move)
-    return Schedule(real if step.real else quasi_static(model, real), times)
+    tolerance, floor = scene.quasi_static.tolerance, ForceTolerance.of(scene.solver.force_tolerance).resultant
+    pacing = real if step.real else QuasiStatic(real, model.mass, model.force_scale, tolerance, floor)
+    return Schedule(pacing, times, tolerance, floor)
 
 
 def duration_of(step: Step) -> float:
@@ -67,13 +80,6 @@ def duration_of(step: Step) -> float:
     if not step.real and isinstance(step, Relax | Release):
         return step.friction_schedule[-1].time if step.friction_schedule else 0.0
     return step.longest if isinstance(step, Relax) else step.duration
-
-
-def quasi_static(model: Model, loads: StepController) -> QuasiStatic:
-    """Pacing of a step in which the rods are to follow in equilibrium."""
-    scene = model.scene
-    floor = ForceTolerance.of(scene.solver.force_tolerance).resultant
-    return QuasiStatic(loads, model.mass, model.force_scale, scene.quasi_static.tolerance, floor)
 
 
 class Rest:

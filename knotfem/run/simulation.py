@@ -46,6 +46,7 @@ class TimeStepDone:
         fraction: of the scene's step that is done, 0 to 1; nan where nobody knows.
         output: whether outputs are due.
         last: whether it is the last of the scene's step.
+        equilibrium: whether viscous terms and inertia carry no more than the scene's `quasi_static.tolerance` allows.
         jump: that ended with it, or None.
     """
 
@@ -58,7 +59,8 @@ class TimeStepDone:
     fraction: float
     output: bool
     last: bool
-    jump: Jump | None = None
+    equilibrium: bool
+    jump: Jump | None
 
     @property
     def state(self) -> State:
@@ -279,6 +281,7 @@ class Simulation:
                 fraction=float("nan") if rest is not None else schedule.fraction(began, self.state.time),
                 output=accepted.at_output or last,
                 last=last,
+                equilibrium=schedule.in_equilibrium(accepted, figures),
                 jump=watch.update(step.name, accepted, figures, self.balance.energies),
             )
             lost = (accepted.at_output or last or watch.wandered(self.state.x)) and self._lost(step)

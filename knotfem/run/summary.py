@@ -57,6 +57,8 @@ class Summary:
             "max_imbalance_N": 0.0,
             "max_imbalance_over_force": 0.0,
             "max_drag_force_N": 0.0,
+            "max_rate_force_over_force": 0.0,
+            "events": 0,
             "knot_before": None,
             "knot_after": None,
             "final_force_N": 0.0,
@@ -95,6 +97,8 @@ class Summary:
         if figures.force != 0.0:
             part = figures.imbalance / abs(figures.force)
             f["max_imbalance_over_force"] = max(f["max_imbalance_over_force"], part)
+            carried = figures.dynamic_residual / abs(figures.force)
+            f["max_rate_force_over_force"] = max(f["max_rate_force_over_force"], carried)
 
     def count(self, event: TimeStepDone) -> None:
         """A step was accepted."""
