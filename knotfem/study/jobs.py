@@ -20,6 +20,7 @@ from knotfem.run.expected import START_SECONDS, expected_memory_mb, expected_sec
 from knotfem.run.stop import StopRequest
 from knotfem.scene.model import Scene
 from knotfem.study.refinement import BASE, Level
+from knotfem.threads import VARIABLES
 
 LOG = logging.getLogger("knotfem")
 State = Literal["done", "failed", "stopped", "left out"]
@@ -32,7 +33,6 @@ STOPPED = (Stopped.exit_code, Interrupted.exit_code, -signal.SIGTERM, -signal.SI
 """Exit codes of processes that were asked to stop, also before they could write a checkpoint."""
 FAILURES = {kind.exit_code: kind for kind in (InputError, NotConverged, KnotLost)}
 """Failures that are results, by exit code; any other end is a crash."""
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
 @dataclass(frozen=True)
@@ -193,7 +193,7 @@ class Jobs:
         command = [*WORKER, str(run.path)]
         if self.deadline < float("inf"):
             command.append(f"{max(self.deadline - time.monotonic(), 1.0):.1f}")
-        environment = {**os.environ, **dict.fromkeys(THREADS, str(self.threads))}
+        environment = {**os.environ, **dict.fromkeys(VARIABLES, str(self.threads))}
         with (run.path / OUTPUT).open("ab") as log:
             return subprocess.Popen(command, stdout=log, stderr=log, env=environment)
 
