@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Literal
 
 from knotfem.errors import InputError, Interrupted, KnotfemError, KnotLost, NotConverged, Stopped
+from knotfem.results.data import open_run
 from knotfem.run.directory import RunDirectory
 from knotfem.run.expected import START_SECONDS, expected_memory_mb, expected_seconds
 from knotfem.run.stop import StopRequest
@@ -230,6 +231,6 @@ def _physics(scene: Scene) -> Scene:
 def _spent(run: RunDirectory) -> float:
     """Wall seconds that a run took so far."""
     try:
-        return sum(phase["wall_s"] for phase in run.read_summary()["phases"].values())
+        return open_run(run.path).cost.wall_s
     except KnotfemError:
         return 0.0
