@@ -89,7 +89,7 @@ class SolidModel(Model):
             here = x if rotation is None else centre + rotate(x - centre, axis, rotation(time))
             return here if translation is None else here + translation(time)
 
-        return Prescribed(nodes, places, f"{body.scene.name}.{side}"), []
+        return Prescribed(nodes, places, self.end_label(rod, side)), []
 
     def equations(self, step: Step, origin: State, before: dict[str, np.ndarray]) -> Equations:
         scene = self.scene
