@@ -96,12 +96,11 @@ class SolidModel(Model):
         ends = ends_of(self, step, origin, before)
         system = System(
             [*self.terms, *ends.loads],
-            self.nodes,
+            self.body.unknowns,
             make_solver(scene.solver.linear, threads_of(scene)),
             make_scheme(scene, step),
             ends.prescribed,
             conditions=conditions_of(scene, step, origin.time),
-            damping_weights=self.body.damping_weights,
         )
         return Equations(system, ends.supports, ends.drives)
 
