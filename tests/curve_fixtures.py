@@ -57,6 +57,7 @@ def rigid() -> Callable[[int], tuple[NDArray[np.float64], NDArray[np.float64]]]:
     """A random rotation matrix, shape (3, 3), and a random translation, shape (3,), for a seed."""
 
     def motion(seed: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        return Rotation.random(random_state=seed).as_matrix(), np.random.default_rng(seed).normal(size=3)
+        random = np.random.default_rng(seed)
+        return Rotation.from_quat(random.normal(size=4)).as_matrix(), random.normal(size=3)
 
     return motion

@@ -100,8 +100,10 @@ def _seek(
 ) -> None:  # fmt: skip
     room = curve_room()
     for k in range(sought.shape[0]):
-        s, rod, station = sought[k]
-        first = curves.first[rod]
+        s: int = sought[k, 0]
+        rod: int = sought[k, 1]
+        station: int = sought[k, 2]
+        first: int = curves.first[rod]
         found, _, inside = project(x, first, curves.first[rod + 1] - first, points[s], float(station), room)
         at[k, 0], gap[k] = found, np.inf
         if inside:

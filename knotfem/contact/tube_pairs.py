@@ -117,10 +117,13 @@ def _seek(
     room = tube_room()
     longest = stations.spacing.max()
     for k in range(sought.shape[0]):
-        s, rod, station = sought[k]
+        s: int = sought[k, 0]
+        rod: int = sought[k, 1]
+        station: int = sought[k, 2]
         point = points[s]
         at[k, 0], at[k, 1], gap[k] = float(station), 0.0, np.inf
-        node: int = tubes.axis[tubes.axis_start[rod] + station]
+        first: int = tubes.axis_start[rod]
+        node: int = tubes.axis[first + station]
         radius, spacing = stations.radius[rod], stations.spacing[rod]
         d2 = (point[0] - x[node, 0]) ** 2 + (point[1] - x[node, 1]) ** 2 + (point[2] - x[node, 2]) ** 2
         wide = radius + reach + 2.0 * longest
