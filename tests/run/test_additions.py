@@ -78,7 +78,9 @@ def stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_names_say_as_what_objects_are_passed() -> None:
-    additions = Additions([wind, Wind(), cast(TermMaker, Wind), lambda model: Wind()], [floor()], {"rod": NeoHooke(1.0)})
+    additions = Additions(
+        [wind, Wind(), cast(TermMaker, Wind), lambda model: Wind()], [floor()], {"rod": NeoHooke(1.0)}
+    )
     assert names_of(additions) == {
         "terms": ["wind", "wind", "wind", "<lambda>"],
         "obstacles": ["floor"],
