@@ -16,6 +16,7 @@ from rod_common import DENSITY, YOUNGS, Phase, rubber, table
 from knotfem.geometry.finite_rotation import rotate
 from knotfem.models.rod.assembly import DiscreteRods
 from knotfem.models.rod.spec import RodSpec
+from knotfem.scene.stiffness import bending_stiffness, mass_per_length
 from knotfem.solver.constraints import Clamp, Prescribed, held
 from knotfem.solver.nonlinear.line_search import Armijo
 from knotfem.solver.nonlinear.newton import Newton
@@ -27,7 +28,7 @@ from knotfem.terms.load import EndForce
 from knotfem.types import History
 
 LENGTH, RADIUS = 100.0, 3.0
-BENDING, MASS = YOUNGS * np.pi * RADIUS**4 / 4.0, DENSITY * np.pi * RADIUS**2
+BENDING, MASS = bending_stiffness(YOUNGS, RADIUS), mass_per_length(DENSITY, RADIUS)
 TWISTING = BENDING / 1.5
 X, Y, Z = np.eye(3)
 WHOLE_STEPS = Newton(

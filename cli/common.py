@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -32,7 +33,7 @@ HIGHLIGHTS = (
 )
 """What a verb shows of summary.json."""
 
-run_argument = click.argument("run", metavar="RUN")
+run_argument = click.argument("run", metavar="RUN", type=click.Path(path_type=Path))
 output_option = click.option("-o", "--output", type=click.Path(path_type=Path), help="Where to write.")
 force_option = click.option("--force", is_flag=True, help="Replace the run that is there.")
 model_option = click.option("--model", type=click.Choice(["fem", "rod"]), help="Hexahedra or the reduced rod model.")
@@ -93,6 +94,12 @@ def displacement(at: str | None, option: str = "--at") -> float | None:
     from knotfem.scene.quantity import LENGTH, parse_quantity
 
     return parse_quantity(at, LENGTH, option)
+
+
+def say_nearest(wanted: float | None, found: float) -> None:
+    """Say at which displacement the nearest stored state is [mm], where it is another than the wanted one."""
+    if wanted is not None and not math.isclose(found, wanted, rel_tol=1e-6, abs_tol=1e-6):
+        click.echo(f"the nearest stored state, at {found:g} mm", err=True)
 
 
 def progress_of(quiet: bool, log_format: str) -> Progress:

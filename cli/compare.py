@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 
 
 @click.command(cls=Verb)
-@click.argument("runs", metavar="RUN RUN...", nargs=-1, required=True)
+@click.argument("runs", metavar="RUN RUN...", nargs=-1, required=True, type=click.Path(path_type=Path))
 @output_option
 @at_option
 @click.option("--step", metavar="NAME", help="Tension at the end of this step; of the last that all have, by default.")
 @click.option("--locking", metavar="LENGTH", help="Where the knot begins to lock; found in the first run by default.")
 @shared_options
 def compare(
-    runs: tuple[str, ...],
+    runs: tuple[Path, ...],
     output: Path | None,
     at: str | None,
     step: str | None,
@@ -73,6 +73,8 @@ def _print(labels: list[str], figures: list[Figure]) -> None:
 
 
 def _shown(value: Cell, unit: str) -> str:
+    from knotfem.results.compare import RELATIVE
+
     if not isinstance(value, float):
         return "-" if value is None else str(value)
-    return f"{100.0 * value:.2f} %" if unit == "share" else f"{value:.4g}"
+    return f"{100.0 * value:.2f} %" if unit == RELATIVE else f"{value:.4g}"

@@ -15,6 +15,7 @@ from knotfem_cli.common import (
     displacement,
     model_option,
     run_argument,
+    say_nearest,
     shared_options,
     with_model,
 )
@@ -30,7 +31,7 @@ from knotfem_cli.common import (
 @model_option
 @shared_options
 def export(
-    run: str,
+    run: Path,
     output: Path,
     at: str | None,
     reference: bool,
@@ -56,6 +57,5 @@ def export(
             found["displacement_mm"] = state.displacement
         click.echo(json.dumps(found))
     elif not quiet:
-        if millimetres is not None and not math.isclose(state.displacement, millimetres, rel_tol=1e-6, abs_tol=1e-6):
-            click.echo(f"the nearest stored state, at {state.displacement:g} mm", err=True)
+        say_nearest(millimetres, state.displacement)
         click.echo(output)

@@ -35,7 +35,7 @@ from knotfem_cli.common import (
 @model_option
 @shared_options
 def render(
-    run: str,
+    run: Path,
     output: Path | None,
     at: str | None,
     colour: str,
@@ -51,7 +51,7 @@ def render(
       knotfem render runs/bowline-1 -o knot.png --colour tension
     """
     drawn, millimetres = kf.open_run(run, with_model(overrides, model)), displacement(at)
-    out = output or Path(run) / f"knot-{colour}.png"
+    out = output or run / f"knot-{colour}.png"
     drawn.state(millimetres).render(out, colour)
     if log_format == "json":
         click.echo(json.dumps({"picture": str(out)}))

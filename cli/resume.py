@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import click
 
 import knotfem as kf
@@ -12,7 +14,7 @@ from knotfem_cli.common import Verb, model_option, progress_of, run_argument, sh
 @run_argument
 @model_option
 @shared_options
-def resume(run: str, model: str | None, overrides: tuple[str, ...], quiet: bool, log_format: str) -> None:
+def resume(run: Path, model: str | None, overrides: tuple[str, ...], quiet: bool, log_format: str) -> None:
     """Go on from a run's last checkpoint.
 
     The result is the same as if the run had never stopped. With --set, keys under solver and output may change.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from pathlib import Path
 
 import click
@@ -16,6 +15,7 @@ from knotfem_cli.common import (
     model_option,
     output_option,
     run_argument,
+    say_nearest,
     shared_options,
     with_model,
 )
@@ -28,7 +28,7 @@ from knotfem_cli.common import (
 @model_option
 @shared_options
 def tension(
-    run: str,
+    run: Path,
     output: Path | None,
     at: str | None,
     model: str | None,
@@ -51,7 +51,7 @@ def tension(
 
     profile = opened.tension(millimetres)
     if output is not None:
-        RunDirectory(Path(run)).spare(output)
+        RunDirectory(run).spare(output)
         write_table(output, profile.table)
     elif log_format == "json":
         click.echo(json.dumps({name: column.tolist() for name, column in profile.table.items()}))
@@ -59,9 +59,7 @@ def tension(
         click.echo(table_text(profile.table), nl=False)
     if quiet or log_format == "json":
         return
-    found = profile.displacement
-    if millimetres is not None and not math.isclose(found, millimetres, rel_tol=1e-6, abs_tol=1e-6):
-        click.echo(f"the nearest stored state, at {found:g} mm", err=True)
+    say_nearest(millimetres, profile.displacement)
     for rod in profile.rods:
         force = profile.of(rod).tension
         text = f"{rod}: {force[0]:.4f} N at the start, {force[-1]:.4f} N at the end, at most {force.max():.4f} N"

@@ -11,7 +11,7 @@ from typing import Any
 from knotfem.errors import MissingDependency
 from knotfem.run.provenance import library_versions
 from knotfem.scene.control import Solver
-from knotfem.threads import usable_threads
+from knotfem.threads import VARIABLES, usable_threads
 
 
 def describe() -> dict[str, Any]:
@@ -46,8 +46,7 @@ def require(solver: Solver) -> None:
 
 
 def _thread_settings() -> Mapping[str, str]:
-    names = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-    return {name: os.environ[name] for name in names if name in os.environ}
+    return {name: os.environ[name] for name in VARIABLES if name in os.environ}
 
 
 def _memory() -> float:

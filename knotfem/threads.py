@@ -6,6 +6,10 @@ import os
 
 from knotfem.scene.model import Scene
 
+MKL, OPENMP = "MKL_NUM_THREADS", "OMP_NUM_THREADS"
+VARIABLES = (OPENMP, "OPENBLAS_NUM_THREADS", MKL, "NUMBA_NUM_THREADS")
+"""Environment variables that tell libraries how many threads to take."""
+
 
 def usable_threads() -> int:
     """Processors that this process may use."""
@@ -14,7 +18,7 @@ def usable_threads() -> int:
 
 def default_threads() -> int:
     """Threads of a solver that is not told how many: of the processors, no more than MKL or OpenMP are told to take."""
-    for name in ("MKL_NUM_THREADS", "OMP_NUM_THREADS"):
+    for name in (MKL, OPENMP):
         told = os.environ.get(name, "").partition(",")[0].strip()
         if told.isdecimal() and int(told) > 0:
             return min(int(told), usable_threads())

@@ -1,4 +1,4 @@
-"""Fixtures for the tests of curves: shipped centrelines, random curves and rigid motions."""
+"""Curves for tests: shipped centrelines, arcs, helices, random curves, and rigid motions."""
 
 from collections.abc import Callable
 from functools import cache
@@ -13,6 +13,18 @@ from knotfem.geometry.readers import read_centreline
 from knotfem.geometry.resample import equal_chords
 
 CENTRELINES = Path(__file__).parents[1] / "meshes" / "centrelines"
+
+
+def arc(nodes: int, angle: float, radius: float = 3.0) -> NDArray[np.float64]:
+    """Nodes of a circular arc in the plane z = 0 about the origin, from the x axis on, shape (nodes, 3)."""
+    a = np.linspace(0.0, angle, nodes)
+    return radius * np.column_stack([np.cos(a), np.sin(a), 0.0 * a])
+
+
+def helix(nodes: int, turns: float, radius: float, pitch: float, hand: int = 1) -> NDArray[np.float64]:
+    """Nodes of a helix about the z axis, right-handed for hand 1 and left-handed for -1, shape (nodes, 3)."""
+    a = np.linspace(0.0, 2 * np.pi * turns, nodes)
+    return np.column_stack([radius * np.cos(a), hand * radius * np.sin(a), pitch * a / (2 * np.pi)])
 
 
 @cache
@@ -45,6 +57,7 @@ def rigid() -> Callable[[int], tuple[NDArray[np.float64], NDArray[np.float64]]]:
     """A random rotation matrix, shape (3, 3), and a random translation, shape (3,), for a seed."""
 
     def motion(seed: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        return Rotation.random(random_state=seed).as_matrix(), np.random.default_rng(seed).normal(size=3)
+        random = np.random.default_rng(seed)
+        return Rotation.from_quat(random.normal(size=4)).as_matrix(), random.normal(size=3)
 
     return motion

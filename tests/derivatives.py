@@ -79,6 +79,26 @@ def gradient_error(energy: Callable[[Array], float], force: Array, x: Array, *, 
     return abs(slope - float(np.sum(force * d))) / float(np.linalg.norm(force) * np.linalg.norm(d))
 
 
+def assert_symmetric_storage(terms: Sequence[Term], x: Array, *, tolerance: float) -> None:
+    """The last term's tangent is symmetric, and its upper triangle alone is stored to the same; relative tolerance."""
+    whole = tangent(terms, x)
+    atol = tolerance * np.abs(whole).max()
+    np.testing.assert_allclose(whole, whole.T, atol=atol)
+    np.testing.assert_allclose(tangent(terms, x, upper=True), whole, atol=atol)
+
+
+def assert_energy_gradient(contact: Term, x: Array) -> None:
+    """The residual of a contact term is the gradient of its energy, which is its merit too."""
+
+    def energy(y: Array) -> float:
+        contact.update(y)
+        return contact.energy(y)
+
+    f = residual([contact], x)
+    assert gradient_error(energy, f, x, step=1e-6) < 1e-6
+    np.testing.assert_allclose(contact.merit(x), energy(x), rtol=1e-12)
+
+
 def moments(x: Array, force: Array) -> Array:
     """Sum of moments about the origin."""
     return np.cross(x, force).sum(axis=0)

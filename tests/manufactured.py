@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from knotfem.run.columns import FORCE_COLUMNS, FORCE_EXTRA, TENSION_COLUMNS, TENSION_EXTRA
-from knotfem.run.directory import RunDirectory
+from knotfem.run.directory import RunDirectory, State
 from knotfem.run.disk import DiskStore
 from knotfem.scene.model import Scene
+from knotfem.scene.steps import Pull
 from knotfem.study.convergence import make_jobs
 from knotfem.study.refinement import base_level, make_series
 
@@ -44,13 +45,14 @@ def cpu_of(scene: Scene) -> float:
     )
 
 
-def write_run(run: RunDirectory, scene: Scene, *, state: str = "done", reason: str = "") -> None:
+def write_run(run: RunDirectory, scene: Scene, *, state: State = "done", reason: str = "") -> None:
     """Write what a run of a scene with one pull would leave."""
     RunDirectory.create(scene, run.path)
     run.write_status(state, reason=reason)
     if state != "done":
         return
     (pull,) = scene.loading_steps
+    assert isinstance(pull, Pull)
     steps = round(20 * 0.5 / scene.solver.move_over_diameter)
     displacement = np.linspace(0.1, pull.displacement, steps)
     force = TRUE_FORCE * (1.0 + error_of(scene)) * displacement / pull.displacement

@@ -62,6 +62,13 @@ class PairSlipRoom(NamedTuple):
         w: weights of the primary rod's material point, shape [3, 3].
         slip: of the slip.
         points: the two material points, shape [2, 3].
+        rates: of z, n and the secondary rod's derivative, shape [3, 3].
+        de, dt: of slip and traction, shape [3] each.
+        by: derivatives of the traction by these three, shape [3, 3, 3].
+        by_limit: by the gap, shape [3].
+        D: by all unknowns, shape [3, 36].
+        block: of the forces on the two material points, shape [24, 36].
+        H: curvature of a material point, shape [12, 12].
     """
 
     pair: CurvePairRoom
@@ -70,13 +77,23 @@ class PairSlipRoom(NamedTuple):
     w: np.ndarray
     slip: SlipRoom
     points: np.ndarray
+    rates: np.ndarray
+    de: np.ndarray
+    dt: np.ndarray
+    by: np.ndarray
+    by_limit: np.ndarray
+    D: np.ndarray
+    block: np.ndarray
+    H: np.ndarray
 
 
 @kernel
 def _pair_slip_room() -> PairSlipRoom:
     return PairSlipRoom(
-        curve_pair_room(), material_room(), material_room(), np.empty((3, 3)), slip_room(), np.empty((2, 3))
-    )
+        curve_pair_room(), material_room(), material_room(), np.empty((3, 3)), slip_room(), np.empty((2, 3)),
+        np.empty((3, 3)), np.empty(3), np.empty(3), np.empty((3, 3, 3)), np.empty(3), np.empty((3, 36)),
+        np.empty((24, 36)), np.empty((12, 12)),
+    )  # fmt: skip
 
 
 @kernel
@@ -147,9 +164,9 @@ def _assemble(
         if not matrix.wanted:
             continue
         law = spring, limit, -friction.mu[k] * carried * slope
-        block = _pair_tangent(room, (GP, GA), samples.rates[s, 0], friction.stored[k], (size, h), law, slides)
-        _add_curvature(frames, (base, between, ahead, lies), (own, anchor), room, T, block)
-        if not add_blocks(matrix, rows, columns, block):
+        _pair_tangent(room, (GP, GA), samples.rates[s, 0], friction.stored[k], (size, h), law, slides)
+        _add_curvature(frames, (base, between, ahead, lies), (own, anchor), room, T)
+        if not add_blocks(matrix, rows, columns, room.block):
             return False
     return True
 
@@ -158,8 +175,11 @@ def _assemble(
 def _pair_tangent(
     room: PairSlipRoom, gradients: tuple[np.ndarray, np.ndarray], rates: np.ndarray, stored: np.ndarray,
     geometry: tuple[float, float], law: tuple[float, float, float], slides: bool,
-) -> np.ndarray:  # fmt: skip
-    """Derivatives of the forces on the two material points by all unknowns, the points' curvature left out, (24, 36).
+) -> None:  # fmt: skip
+    """Derivatives of the forces on the material points by all unknowns into `block`, without the points' curvature.
+
+    The traction depends on them through the difference z of the two points, the normal n, the secondary rod's
+    derivative and the limit; its derivatives by these are found once and applied to those of each unknown.
 
     Args:
         room: of the pair.
@@ -172,45 +192,56 @@ def _pair_tangent(
     """
     GP, GA = gradients
     size, h = geometry
-    spring, limit, limit_slope = law
-    pair, n = room.pair, room.pair.n
-    block = np.empty((24, 36))
-    dz, dn, dalong, de, dT = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    for c in range(36):
+    pair, n, D, block = room.pair, room.pair.n, room.D, room.block
+    by_z, by_n, by_along, by_limit = room.by[0], room.by[1], room.by[2], room.by_limit
+    _traction_rates(room, stored, law, slides)
+    for c in range(12):
         node, part = c // 4, c % 4
-        dgap = 0.0
         for i in range(3):
-            dz[i] = dn[i] = dalong[i] = 0.0
-        if node < 3:
+            D[i, c] = by_z[i, 0] * GP[0, c] + by_z[i, 1] * GP[1, c] + by_z[i, 2] * GP[2, c]
+            D[i, 12 + c] = 0.0
+            D[i, 24 + c] = -(by_z[i, 0] * GA[0, c] + by_z[i, 1] * GA[1, c] + by_z[i, 2] * GA[2, c])
+            if part < 3:
+                D[i, c] += by_along[i, part] * rates[node]
+    for node in range(6):
+        normal_rate(pair, node, size, h)
+        dn, B = pair.dn, pair.B[node]
+        for part in range(3):
             for i in range(3):
-                dz[i] = GP[i, c]
-        elif node >= 6:
+                rate = by_n[i, 0] * dn[0, part] + by_n[i, 1] * dn[1, part] + by_n[i, 2] * dn[2, part]
+                D[i, 4 * node + part] += rate + by_limit[i] * B * n[part]
+    for a in range(12):
+        for c in range(36):
+            block[a, c] = GP[0, a] * D[0, c] + GP[1, a] * D[1, c] + GP[2, a] * D[2, c]
+            block[12 + a, c] = -(GA[0, a] * D[0, c] + GA[1, a] * D[1, c] + GA[2, a] * D[2, c])
+
+
+@kernel
+def _traction_rates(room: PairSlipRoom, stored: np.ndarray, law: tuple[float, float, float], slides: bool) -> None:
+    """Derivatives of the traction by z, n and the secondary rod's derivative into `by`, by the gap into `by_limit`."""
+    spring, limit, limit_slope = law
+    rates, de, dt, by = room.rates, room.de, room.dt, room.by
+    for kind in range(3):
+        for j in range(3):
+            rates[:] = 0.0
+            rates[kind, j] = 1.0
+            slip_rate(room.pair.n, stored, room.slip, (rates[0], rates[1], rates[2]), de)
+            traction_rate(room.slip, spring, limit, slides, de, 0.0, dt)
             for i in range(3):
-                dz[i] = -GA[i, c - 24]
-        if node < 6 and part < 3:
-            normal_rate(pair, node, size, h)
-            dgap = pair.B[node] * n[part]
-            for i in range(3):
-                dn[i] = pair.dn[i, part]
-            if node < 3:
-                dalong[part] = rates[node]
-        slip_rate(n, stored, room.slip, (dz, dn, dalong), de)
-        traction_rate(room.slip, spring, limit, slides, de, limit_slope * dgap, dT)
-        for a in range(12):
-            block[a, c] = GP[0, a] * dT[0] + GP[1, a] * dT[1] + GP[2, a] * dT[2]
-            block[12 + a, c] = -(GA[0, a] * dT[0] + GA[1, a] * dT[1] + GA[2, a] * dT[2])
-    return block
+                by[kind, i, j] = dt[i]
+    de[:] = 0.0
+    traction_rate(room.slip, spring, limit, slides, de, limit_slope, room.by_limit)
 
 
 @kernel
 def _add_curvature(
     frames: FrameView, where: tuple[int, float, int, float], coordinates: tuple[np.ndarray, np.ndarray],
-    room: PairSlipRoom, T: np.ndarray, block: np.ndarray,
+    room: PairSlipRoom, T: np.ndarray,
 ) -> None:  # fmt: skip
     """Add what the curvature of the material points does to the tangent of their forces T and -T."""
     base, between, ahead, lies = where
     own, anchor = coordinates
-    H = np.empty((12, 12))
+    H, block = room.H, room.block
     material.material_curvature(base, between, frames, own, room.own, T, H)
     for a in range(12):
         for c in range(12):

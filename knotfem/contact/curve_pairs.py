@@ -28,7 +28,7 @@ from knotfem.contact import surface as protocol
 from knotfem.contact.basis import middle_station
 from knotfem.contact.curve import CurveRoom, CurveView, curve_room, project
 from knotfem.contact.samples import Samples, SampleView
-from knotfem.contact.surface import PairView, Query, SearchLimits, Stations, Target
+from knotfem.contact.surface import PairView, SearchLimits, Stations, Target
 from knotfem.geometry.rotation import dot
 from knotfem.mesh.rod_layout import RodLayout
 from knotfem.sparse.scatter import add_blocks
@@ -79,25 +79,35 @@ def curve_pair_room() -> CurvePairRoom:
 
 
 @kernel
-def curve_closest(
-    x: np.ndarray, curves: CurveView, rod: int, point: np.ndarray, offset: float, at: np.ndarray, room: CurvePairRoom
-) -> float:
-    """See `knotfem.contact.surface.closest`; parameters stay where there is no closest point."""
-    first = curves.first[rod]
-    found, _, inside = project(x, first, curves.first[rod + 1] - first, point, at[0], room.point)
-    if not inside:
-        return np.inf
-    at[0] = found
-    return np.sqrt(dot(room.point.q, room.point.q)) - curves.radius[rod] - offset
+def _project_pairs(x: np.ndarray, curves: CurveView, samples: SampleView, points: np.ndarray, pairs: PairView) -> None:
+    room = curve_room()
+    for k in range(pairs.sample.size):
+        s: int = pairs.sample[k]
+        rod: int = pairs.rod[k]
+        first = curves.first[rod]
+        found, _, inside = project(x, first, curves.first[rod + 1] - first, points[s], pairs.at[k, 0], room)
+        if inside:
+            pairs.at[k, 0] = found
+            pairs.gap[k] = np.sqrt(dot(room.q, room.q)) - curves.radius[rod] - samples.offset[s]
+        else:
+            pairs.gap[k] = np.inf
 
 
 @kernel
-def curve_seek(
-    x: np.ndarray, curves: CurveView, query: Query, point: np.ndarray, at: np.ndarray, room: CurvePairRoom
-) -> float:
-    """See `knotfem.contact.surface.seek`."""
-    at[0] = float(query.station)
-    return curve_closest(x, curves, query.rod, point, query.offset, at, room)
+def _seek(
+    x: np.ndarray, curves: CurveView, samples: SampleView, points: np.ndarray, sought: np.ndarray, gap: np.ndarray,
+    at: np.ndarray,
+) -> None:  # fmt: skip
+    room = curve_room()
+    for k in range(sought.shape[0]):
+        s: int = sought[k, 0]
+        rod: int = sought[k, 1]
+        station: int = sought[k, 2]
+        first: int = curves.first[rod]
+        found, _, inside = project(x, first, curves.first[rod + 1] - first, points[s], float(station), room)
+        at[k, 0], gap[k] = found, np.inf
+        if inside:
+            gap[k] = np.sqrt(dot(room.q, room.q)) - curves.radius[rod] - samples.offset[s]
 
 
 @kernel(inline="always")
@@ -233,6 +243,18 @@ class CurveSurface:
         self.view = CurveView(layout.first, radius)
         self.stations = Stations(np.arange(layout.nodes), layout.first, np.asarray(layout.spacing, dtype=float), radius)
 
+    def project(self, x: np.ndarray, samples: SampleView, points: np.ndarray, pairs: PairView) -> None:
+        """By Newton's method; parameters stay where there is no closest point."""
+        _project_pairs(x, self.view, samples, points, pairs)
+
+    def seek(
+        self, x: np.ndarray, samples: SampleView, points: np.ndarray, sought: np.ndarray, reach: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """By Newton's method from the station."""
+        gap, at = np.empty(len(sought)), np.empty((len(sought), 1))
+        _seek(x, self.view, samples, points, sought, gap, at)
+        return gap, at
+
     def weights(self, x: np.ndarray, samples: Samples, points: np.ndarray, pairs: PairView) -> np.ndarray:
         """Fraction of each sample's length: of the two passes over a contact the better one carries more.
 
@@ -265,20 +287,6 @@ def _is_curve(view: object) -> bool:
 @overload(protocol.room_of)
 def _room_of(surface) -> Callable | None:
     return (lambda surface: curve_pair_room()) if _is_curve(surface) else None
-
-
-@overload(protocol.closest)
-def _closest(x, surface, rod, point, offset, at, room) -> Callable | None:
-    if not _is_curve(surface):
-        return None
-    return lambda x, surface, rod, point, offset, at, room: curve_closest(x, surface, rod, point, offset, at, room)
-
-
-@overload(protocol.seek)
-def _seek(x, surface, stations, query, point, at, room) -> Callable | None:
-    if not _is_curve(surface):
-        return None
-    return lambda x, surface, stations, query, point, at, room: curve_seek(x, surface, query, point, at, room)
 
 
 @overload(protocol.add_pair)

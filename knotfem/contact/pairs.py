@@ -14,21 +14,12 @@ from knotfem.compiled import kernel
 from knotfem.contact.law import Penalty, penalty
 from knotfem.contact.samples import Samples, SampleView, sample_points
 from knotfem.contact.search import find_pairs, match_pairs
-from knotfem.contact.surface import PairView, Surface, SurfaceView, Target, add_pair, closest, room_of
+from knotfem.contact.surface import PairView, Surface, SurfaceView, Target, add_pair, room_of
 from knotfem.solver.state import longest_move
 from knotfem.solver.term import Role, Term, TimeStep
 from knotfem.sparse.pattern import Matrix, stencil_keys, view_of
 from knotfem.sparse.scatter import MatrixView
 from knotfem.types import Arrays
-
-
-@kernel
-def _project(x: np.ndarray, surface: SurfaceView, samples: SampleView, points: np.ndarray, pairs: PairView) -> None:
-    """Closest points and gaps of known pairs, from where they were."""
-    room = room_of(surface)
-    for k in range(pairs.sample.size):
-        s: int = pairs.sample[k]
-        pairs.gap[k] = closest(x, surface, pairs.rod[k], points[s], samples.offset[s], pairs.at[k], room)
 
 
 @kernel
@@ -112,7 +103,7 @@ class PairContact(Term):
         if self._searched.shape != x.shape or longest_move((x - self._searched)[:, :3]) > self._stale:
             self.search(x)
         self._x = x
-        _project(x, self.surface.view, self.samples.view, self.points, self.pairs)
+        self.surface.project(x, self.samples.view, self.points, self.pairs)
 
     def search(self, x: np.ndarray) -> None:
         """Find the near pairs anew; weights of known pairs are kept."""
@@ -184,7 +175,7 @@ class PairContact(Term):
     def _moved(self, x: np.ndarray) -> PairView:
         """The pairs at other positions, from where they are."""
         moved = self.pairs._replace(at=self.pairs.at.copy(), gap=np.empty_like(self.pairs.gap))
-        _project(x, self.surface.view, self.samples.view, self.samples.places(x), moved)
+        self.surface.project(x, self.samples.view, self.samples.places(x), moved)
         return moved
 
     def _no_pairs(self) -> tuple[np.ndarray, ...]:

@@ -12,10 +12,10 @@ import numpy as np
 
 from knotfem.compiled import kernel
 from knotfem.contact.samples import SampleView
-from knotfem.contact.surface import Query, Stations, Surface, SurfaceView, room_of, seek
+from knotfem.contact.surface import Stations, Surface
 
-PAIRS_PER_SAMPLE = 4
-"""Room for closest points to begin with; strands in a bundle have more."""
+PLACES_PER_SAMPLE = 4
+"""Room for places where closest points are sought, to begin with; strands in a bundle have more."""
 TWINS = 1e-6
 """Closest points nearer to each other than this, in segments, are one."""
 
@@ -86,52 +86,14 @@ def _find_candidates(x: np.ndarray, stations: Stations, cutoff: float, neighbour
 
 
 @kernel
-def _find_pairs(
-    x: np.ndarray, surface: SurfaceView, stations: Stations, samples: SampleView, places: tuple[np.ndarray, np.ndarray],
-    candidates: np.ndarray, limits: tuple[float, float], out: tuple[np.ndarray, np.ndarray],
-) -> int:  # fmt: skip
-    """All pairs of a sample and a closest point with a gap below the cutoff.
-
-    Args:
-        x: positions, shape [nodes, width].
-        surface: of all rods.
-        stations: of all rods.
-        samples: of all rods.
-        places: of the samples, shape [samples, 3], and the first sample of each station, shape [stations + 1].
-        candidates: see `_find_candidates`.
-        limits: largest gap [mm], and arc over radius within which strands of one rod are neighbours.
-        out: sample and rod of each pair, shape [capacity, 2], and parameters of its closest point.
-
-    Returns:
-        Number of pairs; larger than the capacity where that was too small.
-    """
-    points, sample_start = places
-    cutoff, neighbour = limits
-    pairs, at = out
-    room, found = room_of(surface), np.empty(at.shape[1])
+def _listed(candidates: np.ndarray, sample_start: np.ndarray, out: np.ndarray) -> int:
+    """Sample, rod and station of the rod of all that is to be sought, into out, shape [capacity, 3]; their number."""
     total = 0
     for c in range(candidates.shape[0]):
         station, rod, near = candidates[c]
         for s in range(sample_start[station], sample_start[station + 1]):
-            query = Query(rod, near, samples.offset[s], cutoff)
-            gap = seek(x, surface, stations, query, points[s], found, room)
-            if not gap <= cutoff:
-                continue
-            arc = abs(found[0] - samples.at[s, 0]) * stations.spacing[rod]
-            if samples.rod[s] == rod and arc < neighbour * stations.radius[rod]:
-                continue
-            twin = False
-            for k in range(min(total, pairs.shape[0]) - 1, -1, -1):
-                if pairs[k, 0] < sample_start[station]:
-                    break
-                if pairs[k, 0] == s and pairs[k, 1] == rod and abs(at[k, 0] - found[0]) < TWINS:
-                    twin = True
-                    break
-            if twin:
-                continue
-            if total < pairs.shape[0]:
-                pairs[total, 0], pairs[total, 1] = s, rod
-                at[total] = found
+            if total < out.shape[0]:
+                out[total, 0], out[total, 1], out[total, 2] = s, rod, near
             total += 1
     return total
 
@@ -194,11 +156,18 @@ def find_pairs(
 
     (near,) = grown(candidates, 4 * stations.node.size)
 
-    def pairs(capacity: int) -> tuple[int, tuple[np.ndarray, ...]]:
-        out = np.empty((capacity, 2), dtype=np.int64), np.empty((capacity, surface.parameters))
-        places, limits = (points, sample_start), (cutoff, neighbour)
-        return _find_pairs(x, surface.view, stations, samples, places, near, limits, out), out
+    def listed(capacity: int) -> tuple[int, tuple[np.ndarray, ...]]:
+        out = np.empty((capacity, 3), dtype=np.int64)
+        return _listed(near, sample_start, out), (out,)
 
-    found, at = grown(pairs, PAIRS_PER_SAMPLE * len(points))
-    order = np.lexsort((at[:, 0], found[:, 1], found[:, 0]))
-    return found[order], at[order]
+    (sought,) = grown(listed, PLACES_PER_SAMPLE * len(points))
+    gap, at = surface.seek(x, samples, points, sought, cutoff)
+    sample, rod = sought[:, 0], sought[:, 1]
+    arc = np.abs(at[:, 0] - samples.at[sample, 0]) * stations.spacing[rod]
+    neighbours = (samples.rod[sample] == rod) & (arc < neighbour * stations.radius[rod])
+    kept = np.flatnonzero((gap <= cutoff) & ~neighbours)
+    order = kept[np.lexsort((at[kept, 0], rod[kept], sample[kept]))]
+    pairs, at = sought[order, :2], at[order]
+    twins = (pairs[1:] == pairs[:-1]).all(axis=1) & (np.diff(at[:, 0]) < TWINS)
+    single = np.concatenate([[True], ~twins]) if len(pairs) else np.zeros(0, dtype=bool)
+    return pairs[single], at[single]

@@ -1,8 +1,8 @@
 """What contact asks of a surface.
 
 Two kinds of surface are known: tubes of hexahedral rods (`knotfem.contact.tube`) and centrelines of discrete rods with
-a radius (`knotfem.contact.curve`). Search, pairs, and the loops over them are written once, on the functions below,
-which a surface implements for its own view; Numba chooses by the type of the view when it compiles a loop.
+a radius (`knotfem.contact.curve`). Search and pairs are written once. A surface finds closest points (`Surface`) and
+adds the force of a pair (`add_pair`), for which Numba chooses by the type of the view when it compiles the loop.
 """
 
 from __future__ import annotations
@@ -43,22 +43,6 @@ class PairView(NamedTuple):
     slope: np.ndarray
     stiffness: float
     ramp: float
-
-
-class Query(NamedTuple):
-    """Where a closest point is looked for.
-
-    Attributes:
-        rod: on which it is to lie.
-        station: of the rod, near which it is to lie.
-        offset: distance of the point's own surface from it [mm].
-        reach: gaps up to it count [mm].
-    """
-
-    rod: int
-    station: int
-    offset: float
-    reach: float
 
 
 class Target(NamedTuple):
@@ -126,6 +110,30 @@ class Surface(Protocol):
     width: int
     settled: bool
 
+    def project(self, x: np.ndarray, samples: SampleView, points: np.ndarray, pairs: PairView) -> None:
+        """Closest points and gaps of pairs at positions x, from where they were, into `pairs`.
+
+        The gap is infinite where there is no closest point on the rod or at most one segment beyond its ends.
+        """
+        ...
+
+    def seek(
+        self, x: np.ndarray, samples: SampleView, points: np.ndarray, sought: np.ndarray, reach: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Closest points that are not known before.
+
+        Args:
+            x: positions, shape [nodes, width].
+            samples: of all rods.
+            points: places of the samples, shape [samples, 3].
+            sought: sample, rod, and station of the rod near which the closest point is to lie, shape [n, 3].
+            reach: gaps up to it count [mm].
+
+        Returns:
+            Gaps [mm], shape [n], infinite where nothing is within reach, and parameters, shape [n, parameters].
+        """
+        ...
+
     def weights(self, x: np.ndarray, samples: Samples, points: np.ndarray, pairs: PairView) -> np.ndarray:
         """Fraction of the sample's measure that each pair carries, shape [pairs]."""
         ...
@@ -141,33 +149,6 @@ class Surface(Protocol):
 
 def room_of(surface: SurfaceView) -> Any:
     """Work space of the functions below."""
-    raise TypeError(f"no surface: {type(surface).__name__}")
-
-
-def closest(
-    x: np.ndarray, surface: SurfaceView, rod: int, point: np.ndarray, offset: float, at: np.ndarray, room: Any
-) -> float:
-    """Signed distance of a point's surface from a rod, by Newton from the parameters `at`, which are updated.
-
-    Args:
-        x: positions, shape [nodes, width].
-        surface: of all rods.
-        rod: which one.
-        point: shape [3].
-        offset: distance of the point's own surface from it [mm].
-        at: parameters, shape [parameters].
-        room: see `room_of`.
-
-    Returns:
-        The gap [mm]; infinite where there is no closest point on the rod or at most one segment beyond its ends.
-    """
-    raise TypeError(f"no surface: {type(surface).__name__}")
-
-
-def seek(
-    x: np.ndarray, surface: SurfaceView, stations: Stations, query: Query, point: np.ndarray, at: np.ndarray, room: Any
-) -> float:
-    """The like without parameters to begin with, near a station of the rod; infinite where nothing is within reach."""
     raise TypeError(f"no surface: {type(surface).__name__}")
 
 

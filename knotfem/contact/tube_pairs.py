@@ -20,7 +20,7 @@ from knotfem.compiled import kernel
 from knotfem.contact import surface as protocol
 from knotfem.contact.basis import middle_station
 from knotfem.contact.samples import Samples, SampleView
-from knotfem.contact.surface import PairView, Query, SearchLimits, Stations, Target
+from knotfem.contact.surface import PairView, SearchLimits, Stations, Target
 from knotfem.contact.tube import TubeRoom, Tubes, TubeView, project, stencil, surface_point, tube_normal, tube_room
 from knotfem.geometry.rotation import dot
 from knotfem.sparse.scatter import MatrixView, add_block
@@ -68,16 +68,15 @@ def tube_pair_room() -> TubePairRoom:
 
 
 @kernel
-def tube_closest(
-    x: np.ndarray, tubes: TubeView, rod: int, point: np.ndarray, at: np.ndarray, room: TubePairRoom
-) -> float:
-    """See `knotfem.contact.surface.closest`."""
-    u, v, inside = project(x, tubes, rod, point, at[0], at[1], room.point)
-    at[0], at[1] = u, v
-    if not inside:
-        return np.inf
-    tube_normal(room.point.S, room.point.n)
-    return dot(room.point.q, room.point.n)
+def _project_pairs(x: np.ndarray, tubes: TubeView, points: np.ndarray, pairs: PairView) -> None:
+    room = tube_room()
+    for k in range(pairs.sample.size):
+        s: int = pairs.sample[k]
+        u, v, inside = project(x, tubes, pairs.rod[k], points[s], pairs.at[k, 0], pairs.at[k, 1], room)
+        pairs.at[k, 0], pairs.at[k, 1], pairs.gap[k] = u, v, np.inf
+        if inside:
+            tube_normal(room.S, room.n)
+            pairs.gap[k] = dot(room.q, room.n)
 
 
 @kernel
@@ -110,27 +109,34 @@ def _distance_from_axis(x: np.ndarray, tubes: TubeView, rod: int, j: int, p: np.
 
 
 @kernel
-def tube_seek(
-    x: np.ndarray, tubes: TubeView, stations: Stations, query: Query, point: np.ndarray, at: np.ndarray,
-    room: TubePairRoom,
-) -> float:  # fmt: skip
-    """See `knotfem.contact.surface.seek`."""
-    rod, station, _, reach = query
-    first: int = tubes.axis_start[rod]
-    node: int = tubes.axis[first + station]
-    radius, spacing = stations.radius[rod], stations.spacing[rod]
-    d2 = (point[0] - x[node, 0]) ** 2 + (point[1] - x[node, 1]) ** 2 + (point[2] - x[node, 2]) ** 2
-    wide = radius + reach + 2.0 * stations.spacing.max()
-    if d2 > wide * wide or _distance_from_axis(x, tubes, rod, station, point) > SWOLLEN * radius + reach:
-        return np.inf
-    start = _start_angle(x, tubes, node, rod, station, point)
-    u, v, inside = project(x, tubes, rod, point, float(station), float(start), room.point)
-    if not inside or abs(u - station) * spacing > 2.0 * radius + spacing:
-        return np.inf
-    at[0], at[1] = u, v
-    tube_normal(room.point.S, room.point.n)
-    gap = dot(room.point.q, room.point.n)
-    return gap if gap >= -radius else np.inf
+def _seek(
+    x: np.ndarray, tubes: TubeView, stations: Stations, points: np.ndarray, sought: np.ndarray, reach: float,
+    out: tuple[np.ndarray, np.ndarray],
+) -> None:  # fmt: skip
+    gap, at = out
+    room = tube_room()
+    longest = stations.spacing.max()
+    for k in range(sought.shape[0]):
+        s: int = sought[k, 0]
+        rod: int = sought[k, 1]
+        station: int = sought[k, 2]
+        point = points[s]
+        at[k, 0], at[k, 1], gap[k] = float(station), 0.0, np.inf
+        first: int = tubes.axis_start[rod]
+        node: int = tubes.axis[first + station]
+        radius, spacing = stations.radius[rod], stations.spacing[rod]
+        d2 = (point[0] - x[node, 0]) ** 2 + (point[1] - x[node, 1]) ** 2 + (point[2] - x[node, 2]) ** 2
+        wide = radius + reach + 2.0 * longest
+        if d2 > wide * wide or _distance_from_axis(x, tubes, rod, station, point) > SWOLLEN * radius + reach:
+            continue
+        start = _start_angle(x, tubes, node, rod, station, point)
+        u, v, inside = project(x, tubes, rod, point, float(station), float(start), room)
+        if not inside or abs(u - station) * spacing > 2.0 * radius + spacing:
+            continue
+        tube_normal(room.S, room.n)
+        apart = dot(room.q, room.n)
+        if apart >= -radius:
+            at[k, 0], at[k, 1], gap[k] = u, v, apart
 
 
 @kernel(error_model="numpy")
@@ -292,6 +298,18 @@ class TubeSurface:
     def __init__(self, tubes: Tubes) -> None:
         self.view, self.stations = tubes.view, tubes.stations
 
+    def project(self, x: np.ndarray, samples: SampleView, points: np.ndarray, pairs: PairView) -> None:
+        """By Newton's method."""
+        _project_pairs(x, self.view, points, pairs)
+
+    def seek(
+        self, x: np.ndarray, samples: SampleView, points: np.ndarray, sought: np.ndarray, reach: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """By Newton's method from the boundary node of the section that lies towards the sample."""
+        gap, at = np.empty(len(sought)), np.empty((len(sought), 2))
+        _seek(x, self.view, self.stations, points, sought, reach, (gap, at))
+        return gap, at
+
     def weights(self, x: np.ndarray, samples: Samples, points: np.ndarray, pairs: PairView) -> np.ndarray:
         """Half, since each strand is secondary and primary in turn, fading from a rod's end to one slice beyond."""
         u, last = pairs.at[:, 0], self.view.sections[pairs.rod] - 1.0
@@ -321,20 +339,6 @@ def _is_tube(view: object) -> bool:
 @overload(protocol.room_of)
 def _room_of(surface) -> Callable | None:
     return (lambda surface: tube_pair_room()) if _is_tube(surface) else None
-
-
-@overload(protocol.closest)
-def _closest(x, surface, rod, point, offset, at, room) -> Callable | None:
-    if not _is_tube(surface):
-        return None
-    return lambda x, surface, rod, point, offset, at, room: tube_closest(x, surface, rod, point, at, room)
-
-
-@overload(protocol.seek)
-def _seek(x, surface, stations, query, point, at, room) -> Callable | None:
-    if not _is_tube(surface):
-        return None
-    return lambda x, surface, stations, query, point, at, room: tube_seek(x, surface, stations, query, point, at, room)
 
 
 @overload(protocol.add_pair)

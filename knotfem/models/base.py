@@ -208,6 +208,10 @@ class Model(ABC):
         tie = self.scene.tie
         return [1.0] if self.path_kind == "direct" else [i / tie.increments for i in range(1, tie.increments + 1)]
 
+    def end_label(self, rod: int, side: str) -> str:
+        """Name of an end, such as "rod.start"."""
+        return f"{self.rods[rod].name}.{side}"
+
     def paths(self) -> list[CentrelinePath]:
         """Mapping of each rod, as the scene has it."""
         tie = self.scene.tie

@@ -70,13 +70,12 @@ def following_sign(direction: np.ndarray, outward: np.ndarray, label: str) -> fl
 
     Args:
         direction: unit vector, shape [3].
-        outward: of the rod at its end, of any length, shape [3].
+        outward: unit vector, of the rod at its end, shape [3].
         label: of the end, such as "rod.start".
 
     Raises:
         InputError: the direction is across the rod.
     """
-    outward = unit(outward)
     along = float(outward @ direction)
     if abs(along) < 0.5:
         raise InputError(

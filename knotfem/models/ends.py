@@ -47,12 +47,12 @@ def ends_of(model: Model, step: Step, origin: State, before: dict[str, np.ndarra
     for rod, scene in enumerate(model.rods):
         for side in SIDES:
             end = getattr(step.ends[scene.name], side)
-            label = f"{scene.name}.{side}"
+            label = model.end_label(rod, side)
             if isinstance(end, Loaded):
                 _add_load(ends, model, (rod, side), end, label, step, origin, before.get(label, np.zeros(3)))
             elif not isinstance(end, Free):
                 _add_constraint(ends, model, (rod, side), end, step, origin)
-    driven = {f"{name}.{side}" for name, side in step.having(Driven)}
+    driven = ends.supports
     ends.drives.sort(key=lambda drive: drive[0] not in driven)
     return ends
 

@@ -160,12 +160,12 @@ class Cost:
     @property
     def wall_s(self) -> float:
         """Wall time of all phases [s]."""
-        return sum(phase.wall_s for phase in self.phases.values())
+        return sum((phase.wall_s for phase in self.phases.values()), 0.0)
 
     @property
     def cpu_s(self) -> float:
         """CPU seconds of all phases."""
-        return sum(phase.cpu_s for phase in self.phases.values())
+        return sum((phase.cpu_s for phase in self.phases.values()), 0.0)
 
     def plot(self, axes: Axes | None = None) -> Axes:
         """CPU seconds of the terms, the dearest first."""

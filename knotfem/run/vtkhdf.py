@@ -1,4 +1,10 @@
-"""Time series of a deforming rod as one VTKHDF file, for ParaView 5.12 or newer and for the program's own pictures."""
+"""Time series of a deforming rod as one VTKHDF file, for ParaView 5.12 or newer and for the program's own pictures.
+
+It is written here, and not by VTK's own vtkHDFWriter, since a run adds one step at a time and may be killed at any
+moment. That writer (VTK 9.7, tried) takes all steps from a pipeline in one call, replaces or refuses a file that exists
+instead of adding to it, and leaves one that HDF5 cannot open when the process is killed between two steps, also
+where each step goes into a file of its own.
+"""
 
 from __future__ import annotations
 

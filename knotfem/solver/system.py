@@ -11,6 +11,7 @@ from knotfem.solver.constraints import Prescribed
 from knotfem.solver.schemes import Scheme
 from knotfem.solver.state import Motion, State
 from knotfem.solver.term import Conditions, Role, Term, TimeStep
+from knotfem.solver.unknowns import Unknowns
 from knotfem.sparse.base import LinearSolver
 from knotfem.sparse.pattern import Matrix, Pattern, merge_keys
 from knotfem.types import Arrays
@@ -19,20 +20,14 @@ from knotfem.types import Arrays
 class System:
     """Residual and tangent of all terms under constraints.
 
-    The first three unknowns of a node are its place.
-
     Args:
         terms: in the order in which they are assembled; a term stands behind those that it builds on. Inertia is left
             out where the scheme has none.
-        nodes: number of nodes.
+        unknowns: of all nodes.
         solver: linear solver.
         scheme: time integration scheme.
         prescribed: nodes whose places are given.
         conditions: of the scene's step.
-        width: unknowns of a node.
-        fixed: further unknowns that keep their values, boolean, shape [nodes, width].
-        damping_weights: weight of each node in the Levenberg-Marquardt damping, shape [nodes], summing to one.
-        unsymmetric: whether the matrix is stored whole though all terms are symmetric.
 
     Attributes:
         fixed: unknowns that are prescribed or fixed, shape [nodes, width].
@@ -44,25 +39,23 @@ class System:
     def __init__(
         self,
         terms: Sequence[Term],
-        nodes: int,
+        unknowns: Unknowns,
         solver: LinearSolver,
         scheme: Scheme,
         prescribed: Sequence[Prescribed] = (),
         *,
         conditions: Conditions | None = None,
-        width: int = 3,
-        fixed: np.ndarray | None = None,
-        damping_weights: np.ndarray | None = None,
-        unsymmetric: bool = False,
     ) -> None:
         self.terms = [term for term in terms if scheme.inertial or term.role is not Role.INERTIA]
-        self.nodes, self.width = nodes, width
+        self.nodes, self.width = unknowns.nodes, unknowns.width
         self.solver, self.scheme = solver, scheme
         self.prescribed = list(prescribed)
         self.conditions = Conditions() if conditions is None else conditions
-        self.damping_weights = np.full(nodes, 1.0 / nodes) if damping_weights is None else damping_weights
-        self.symmetric = not unsymmetric and all(term.symmetric for term in self.terms)
-        self.fixed = np.zeros((nodes, width), dtype=bool) if fixed is None else fixed.copy()
+        weights = unknowns.damping_weights
+        self.damping_weights = np.full(self.nodes, 1.0 / self.nodes) if weights is None else weights
+        self.symmetric = not unknowns.unsymmetric and all(term.symmetric for term in self.terms)
+        shape = self.nodes, self.width
+        self.fixed = np.zeros(shape, dtype=bool) if unknowns.fixed is None else unknowns.fixed.copy()
         for motion in self.prescribed:
             self.fixed[motion.nodes, :3] |= np.array(motion.components)
         self.clock = Clock()

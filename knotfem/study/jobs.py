@@ -15,11 +15,13 @@ from pathlib import Path
 from typing import Literal
 
 from knotfem.errors import InputError, Interrupted, KnotfemError, KnotLost, NotConverged, Stopped
+from knotfem.results.data import open_run
 from knotfem.run.directory import RunDirectory
 from knotfem.run.expected import START_SECONDS, expected_memory_mb, expected_seconds
 from knotfem.run.stop import StopRequest
 from knotfem.scene.model import Scene
 from knotfem.study.refinement import BASE, Level
+from knotfem.threads import VARIABLES
 
 LOG = logging.getLogger("knotfem")
 State = Literal["done", "failed", "stopped", "left out"]
@@ -32,7 +34,6 @@ STOPPED = (Stopped.exit_code, Interrupted.exit_code, -signal.SIGTERM, -signal.SI
 """Exit codes of processes that were asked to stop, also before they could write a checkpoint."""
 FAILURES = {kind.exit_code: kind for kind in (InputError, NotConverged, KnotLost)}
 """Failures that are results, by exit code; any other end is a crash."""
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
 @dataclass(frozen=True)
@@ -193,7 +194,7 @@ class Jobs:
         command = [*WORKER, str(run.path)]
         if self.deadline < float("inf"):
             command.append(f"{max(self.deadline - time.monotonic(), 1.0):.1f}")
-        environment = {**os.environ, **dict.fromkeys(THREADS, str(self.threads))}
+        environment = {**os.environ, **dict.fromkeys(VARIABLES, str(self.threads))}
         with (run.path / OUTPUT).open("ab") as log:
             return subprocess.Popen(command, stdout=log, stderr=log, env=environment)
 
@@ -230,6 +231,6 @@ def _physics(scene: Scene) -> Scene:
 def _spent(run: RunDirectory) -> float:
     """Wall seconds that a run took so far."""
     try:
-        return sum(phase["wall_s"] for phase in run.read_summary()["phases"].values())
+        return open_run(run.path).cost.wall_s
     except KnotfemError:
         return 0.0

@@ -44,7 +44,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
         return SimpleNamespace(curves=labels, figures=figures, write=lambda out: out.with_suffix(".csv"))
 
     module = ModuleType("knotfem.results.compare")
-    vars(module).update(compare=compare)
+    vars(module).update(compare=compare, RELATIVE="share")
     monkeypatch.setitem(sys.modules, module.__name__, module)
     return made
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from derivatives import directional_error, gradient_error, moments, residual, rotation, tangent
+from derivatives import assert_energy_gradient, assert_symmetric_storage, directional_error, moments, residual, rotation
 
 from knotfem.contact.collect import contact_report
 from knotfem.contact.curve import make_samples
@@ -88,22 +88,11 @@ def test_tangent_is_the_derivative_of_the_residual(touching):
 
 
 def test_upper_storage_equals_the_whole(touching):
-    whole = tangent([touching.contact], touching.x)
-    np.testing.assert_allclose(whole, whole.T, atol=1e-10 * np.abs(whole).max())
-    upper = tangent([touching.contact], touching.x, upper=True)
-    np.testing.assert_allclose(upper, whole, atol=1e-10 * np.abs(whole).max())
+    assert_symmetric_storage([touching.contact], touching.x, tolerance=1e-10)
 
 
 def test_energy_gradient_is_the_residual(touching):
-    contact = touching.contact
-
-    def energy(y: np.ndarray) -> float:
-        contact.update(y)
-        return contact.energy(y)
-
-    f = residual([contact], touching.x)
-    assert gradient_error(energy, f, touching.x, step=1e-6) < 1e-6
-    assert contact.merit(touching.x) == pytest.approx(energy(touching.x), rel=1e-12)
+    assert_energy_gradient(touching.contact, touching.x)
 
 
 def test_merit_elsewhere_is_the_energy_there_and_moves_nothing(touching):

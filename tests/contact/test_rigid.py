@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from derivatives import directional_error, gradient_error, residual, rotation, tangent
+from derivatives import assert_energy_gradient, assert_symmetric_storage, directional_error, residual, rotation
 from reduced import begin, tangent_error
 from specimens import make_rod, surfaces
 
@@ -97,21 +97,11 @@ def test_friction_tangent_is_the_derivative_of_the_residual(ball, distance):
 
 
 def test_tangent_of_normal_contact_is_symmetric(ball):
-    whole = tangent([ball.contact], ball.x)
-    np.testing.assert_allclose(whole, whole.T, atol=1e-12 * np.abs(whole).max())
-    np.testing.assert_allclose(tangent([ball.contact], ball.x, upper=True), whole, atol=1e-12 * np.abs(whole).max())
+    assert_symmetric_storage([ball.contact], ball.x, tolerance=1e-12)
 
 
 def test_energy_gradient_is_the_residual(ball):
-    contact = ball.contact
-
-    def energy(y: np.ndarray) -> float:
-        contact.update(y)
-        return contact.energy(y)
-
-    f = residual([contact], ball.x)
-    assert gradient_error(energy, f, ball.x, step=1e-6) < 1e-6
-    assert contact.merit(ball.x) == pytest.approx(energy(ball.x), rel=1e-12)
+    assert_energy_gradient(ball.contact, ball.x)
 
 
 def test_frame_indifference(ball, make_rest):

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from derivatives import directional_error, gradient_error, residual, rotation, tangent
+from derivatives import assert_energy_gradient, assert_symmetric_storage, directional_error, residual, rotation
 from specimens import make_rod, surfaces
 
 from knotfem.contact.law import Penalty
@@ -21,21 +21,11 @@ def test_friction_tangent_is_the_derivative_of_the_residual(rest, distance):
 
 
 def test_upper_storage_equals_the_whole(rest):
-    whole = tangent([rest.contact], rest.x)
-    np.testing.assert_allclose(whole, whole.T, atol=1e-12 * np.abs(whole).max())
-    np.testing.assert_allclose(tangent([rest.contact], rest.x, upper=True), whole, atol=1e-12 * np.abs(whole).max())
+    assert_symmetric_storage([rest.contact], rest.x, tolerance=1e-12)
 
 
 def test_energy_gradient_is_the_residual(rest):
-    contact = rest.contact
-
-    def energy(y: np.ndarray) -> float:
-        contact.update(y)
-        return contact.energy(y)
-
-    f = residual([contact], rest.x)
-    assert gradient_error(energy, f, rest.x, step=1e-6) < 1e-6
-    assert contact.merit(rest.x) == pytest.approx(energy(rest.x), rel=1e-12)
+    assert_energy_gradient(rest.contact, rest.x)
 
 
 def test_forces_point_away_from_the_axis(rest):

@@ -96,7 +96,7 @@ def test_rotate_refuses_an_axis_without_direction(axis: list[float]) -> None:
 @given(seeds)
 def test_smallest_rotation_takes_start_to_end_about_their_normal(seed: int) -> None:
     a, b = units(seed, 2)
-    rotation, rounding = smallest_rotation(a, b), 1e-14 / np.linalg.norm(a + b)
+    rotation, rounding = smallest_rotation(a, b), 1e-14 / float(np.linalg.norm(a + b))
     np.testing.assert_allclose(rotation.apply(a), b, atol=rounding)
     normal = np.cross(a, b)
     np.testing.assert_allclose(rotation.apply(normal), normal, atol=rounding)

@@ -3,22 +3,13 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from curve_fixtures import arc, helix
 from numpy.typing import NDArray
 
 from knotfem.geometry.frames import rotation_minimising_frame
 from knotfem.geometry.writhe import writhe
 
 Array = NDArray[np.float64]
-
-
-def arc(nodes: int, angle: float, radius: float = 3.0) -> Array:
-    a = np.linspace(0.0, angle, nodes)
-    return radius * np.column_stack([np.cos(a), np.sin(a), 0.0 * a])
-
-
-def helix(nodes: int, turns: float, radius: float, pitch: float, hand: int = 1) -> Array:
-    a = np.linspace(0.0, 2 * np.pi * turns, nodes)
-    return np.column_stack([radius * np.cos(a), hand * radius * np.sin(a), pitch * a / (2 * np.pi)])
 
 
 @pytest.mark.parametrize("hand", [1, -1])

@@ -3,13 +3,16 @@
 import numpy as np
 import pytest
 
+from knotfem.contact.friction import Friction
 from knotfem.contact.rigid import make_cylinder
 from knotfem.errors import InputError
 from knotfem.models.base import Additions, Obstacle
 from knotfem.models.build import build_model
 from knotfem.models.material import NeoHooke
+from knotfem.models.rod.model import RodModel
 from knotfem.models.solid.model import SolidModel
 from knotfem.scene import load_scene
+from knotfem.terms.load import EndForce
 
 COARSE = ("rods.0.mesh.section_elements=4", "rods.0.mesh.element_length=10 mm")
 
@@ -54,3 +57,22 @@ def test_materials_are_those_of_a_rod_of_hexahedra():
     light = load_scene("bowline", [*COARSE, "model=rod"])
     with pytest.raises(InputError, match=r'materials: discrete rods have no bulk; found rod; expected model = "fem"'):
         build_model(light, Additions(materials={"rod": law}))
+
+
+def test_terms_of_the_users_own_are_those_of_the_model_and_of_its_steps():
+    scene = load_scene("bowline", [*COARSE, "model=rod"])
+    own = EndForce(np.array([0]), np.ones(1), lambda time: np.zeros(3))
+    built = build_model(scene, Additions(terms=[own]))
+    assert isinstance(built, RodModel)
+    assert built.terms == [*built.discrete.terms, own]
+    equations = built.equations(scene.steps[0], built.origin(built.straight()), {})
+    assert equations.system.terms[: len(built.terms)] == built.terms
+    equations.system.close()
+
+
+def test_friction_of_an_obstacle_may_differ_from_rod_to_rod():
+    scene = load_scene("sheet-bend", ["model=rod"])
+    post = Obstacle(make_cylinder(np.array([0.0, 0.0, 500.0]), np.array([0.0, 1.0, 0.0]), 4.0), np.array([0.0, 0.3]))
+    terms = build_model(scene, Additions(obstacles=[post])).terms
+    (friction,) = (term for term in terms if isinstance(term, Friction) and term.external)
+    np.testing.assert_array_equal(friction.coefficients, [0.0, 0.3])

@@ -40,9 +40,11 @@ def test_the_tube_passes_through_the_nodes(rod):
 def test_values_on_the_tube_stay_within_the_given_ones_and_follow_the_height(rod):
     height = rod.nodes[rod.ring_nodes][..., 2]
     tube = smooth_tube(rod.nodes[rod.ring_nodes], height)
+    assert tube.values is not None
     np.testing.assert_allclose(tube.values, tube.points[:, 2], atol=1e-12)
     spiky = np.random.default_rng(0).normal(size=height.shape)
     values = smooth_tube(rod.nodes[rod.ring_nodes], spiky).values
+    assert values is not None
     assert values.min() == pytest.approx(spiky.min())
     assert values.max() == pytest.approx(spiky.max())
 

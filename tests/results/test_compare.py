@@ -91,6 +91,7 @@ def test_force_is_compared_at_common_displacements_only(tmp_path):
 
 def test_locking_parts_the_curve_where_it_is_put(tmp_path):
     first, second = pulled(tmp_path / "a"), pulled(tmp_path / "b")
+    assert second.path is not None
     table = read_table(second.path / "force.csv")
     late = table["displacement_mm"] > 40.0
     write_table(second.path / "force.csv", {**table, "force_N": np.where(late, 2.0, 1.0) * table["force_N"]})

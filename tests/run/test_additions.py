@@ -2,13 +2,14 @@
 
 import json
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
 import knotfem as kf
-from knotfem.models.base import Additions, Model
+from knotfem.models.base import Additions, Model, TermMaker
 from knotfem.models.material import NeoHooke
 from knotfem.run.additions import names_of, require
 from knotfem.run.directory import RunDirectory
@@ -77,7 +78,9 @@ def stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_names_say_as_what_objects_are_passed() -> None:
-    additions = Additions([wind, Wind(), Wind, lambda model: Wind()], [floor()], {"rod": NeoHooke(1.0)})
+    additions = Additions(
+        [wind, Wind(), cast(TermMaker, Wind), lambda model: Wind()], [floor()], {"rod": NeoHooke(1.0)}
+    )
     assert names_of(additions) == {
         "terms": ["wind", "wind", "wind", "<lambda>"],
         "obstacles": ["floor"],

@@ -4,6 +4,7 @@ import errno
 import json
 import multiprocessing
 import os
+from multiprocessing.synchronize import Event
 from pathlib import Path
 
 import pytest
@@ -157,7 +158,7 @@ def test_branches_have_the_same_knot(run: RunDirectory, tmp_path: Path, override
     assert not (tmp_path / "other").exists()
 
 
-def _hold(path: Path, held: "multiprocessing.synchronize.Event", done: "multiprocessing.synchronize.Event") -> None:
+def _hold(path: Path, held: Event, done: Event) -> None:
     with RunDirectory(path).locked():
         held.set()
         done.wait(20)

@@ -2,7 +2,7 @@
 
 import contextlib
 import math
-from typing import get_args
+from typing import Any, get_args
 
 import pytest
 from hypothesis import given
@@ -34,12 +34,12 @@ VALUES = [
 
 
 @pytest.mark.parametrize(("kind", "text", "expected"), VALUES)
-def test_reads_exactly(kind: type, text: str, expected: float) -> None:
+def test_reads_exactly(kind: Any, text: str, expected: float) -> None:
     assert TypeAdapter(kind).validate_python(text) == expected
 
 
 @pytest.mark.parametrize(("kind", "text", "expected"), VALUES)
-def test_writes_what_it_reads(kind: type, text: str, expected: float) -> None:
+def test_writes_what_it_reads(kind: Any, text: str, expected: float) -> None:
     adapter = TypeAdapter(kind)
     assert adapter.validate_python(adapter.dump_python(expected, mode="json")) == expected
 
@@ -52,7 +52,7 @@ def test_writes_units_that_people_use() -> None:
 
 @pytest.mark.parametrize("kind", [q.Length, q.Angle])
 @given(number=st.floats(allow_nan=False, allow_infinity=False))
-def test_any_float_survives(kind: type, number: float) -> None:
+def test_any_float_survives(kind: Any, number: float) -> None:
     adapter = TypeAdapter(kind)
     assert adapter.validate_python(adapter.dump_python(number, mode="json")) == number
 

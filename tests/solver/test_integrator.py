@@ -23,6 +23,7 @@ from knotfem.solver.state import State, longest_move
 from knotfem.solver.stepping.controller import StepController
 from knotfem.solver.stepping.integrator import AcceptedStep, Continuation, advance, integrate
 from knotfem.solver.system import System
+from knotfem.solver.unknowns import Unknowns
 from knotfem.sparse.linear import make_solver
 from knotfem.terms.inertia import Drag, Inertia
 
@@ -50,7 +51,7 @@ def point(
 ) -> Integration:
     """A point on a spring, pulled by a force that grows with time."""
     terms = [spring(1.0), push(lambda time: np.array([force * time, 0.0, 0.0]), refuses)]
-    system = System(terms, 1, make_solver("superlu"), Scheme())
+    system = System(terms, Unknowns(1), make_solver("superlu"), Scheme())
     return Integration(system, controller, Newton(largest_move=100.0), ONE, output_times)
 
 
@@ -221,7 +222,7 @@ def rubbing() -> tuple[Integration, State, Friction]:
         driven(rod.sections[k], x[rod.sections[k]], np.array([-0.1, 0.0, 1.0]), lambda time: 2.0 * time)
         for k in (0, -1)
     ]
-    system = System(terms, len(x), make_solver("auto"), BackwardEuler(), ends)
+    system = System(terms, Unknowns(len(x)), make_solver("auto"), BackwardEuler(), ends)
     controller = StepController(first=0.05, smallest=1e-5, largest=0.4, move=0.5)
     newton = Newton(ForceTolerance(node=1e-7, resultant=1e-5))
     return Integration(system, controller, newton, cross_sections(rod), [0.3, 1.0]), at_rest(x), friction
@@ -242,7 +243,7 @@ def crossing() -> tuple[Integration, State, Friction]:
     ends += [
         driven(nodes, x[nodes], np.array([0.0, 0.0, 1.0]), lambda time: 1.5 * time) for nodes in upper.sections[[0, -1]]
     ]
-    system = System(terms, len(x), make_solver("auto"), BackwardEuler(), ends)
+    system = System(terms, Unknowns(len(x)), make_solver("auto"), BackwardEuler(), ends)
     controller = StepController(first=0.05, smallest=1e-5, largest=0.4, move=0.3)
     newton = Newton(ForceTolerance(node=1e-7, resultant=1e-5))
     return Integration(system, controller, newton, cross_sections(lower, upper), [0.3, 1.0]), at_rest(x), friction

@@ -9,6 +9,7 @@ from knotfem.solver.nonlinear.reuse import Chord
 from knotfem.solver.nonlinear.tolerance import ForceTolerance, Sections, imbalance
 from knotfem.solver.schemes import Scheme
 from knotfem.solver.system import System
+from knotfem.solver.unknowns import Unknowns
 from knotfem.sparse.linear import make_solver
 
 ONE = Sections.single(np.zeros(1, dtype=int))
@@ -21,7 +22,10 @@ def exact(node: float, **changed) -> Newton:
 
 def pulled(spring, push, force, cubic=1.0, stiffness=1.0):
     system = System(
-        [spring(stiffness, cubic), push(lambda time: np.array([force, 0.0, 0.0]))], 1, make_solver("superlu"), Scheme()
+        [spring(stiffness, cubic), push(lambda time: np.array([force, 0.0, 0.0]))],
+        Unknowns(1),
+        make_solver("superlu"),
+        Scheme(),
     )
     return system, system.begin(at_rest(np.zeros((1, 3))), 1.0)
 
@@ -41,7 +45,7 @@ def test_an_element_inside_out_is_no_balance():
     ends = [
         held(rod.sections[k], place) for k, place in ((0, X[rod.sections[0]]), (1, through), (2, X[rod.sections[2]]))
     ]
-    system = System(rod.terms, len(X), make_solver("auto"), Scheme(), ends)
+    system = System(rod.terms, Unknowns(len(X)), make_solver("auto"), Scheme(), ends)
     step = system.begin(at_rest(X), 1.0)
     with pytest.raises(StepFailed, match="an element is inverted"):
         Newton().solve(system, X, step, cross_sections(rod))
@@ -54,7 +58,7 @@ def test_converges_quadratically():
     turn = np.array([[0.9, 0.0, -0.4359], [0.0, 1.0, 0.0], [0.4359, 0.0, 0.9]])
     far = (X[rod.sections[-1]] - [0.0, 0.0, 12.0]) @ turn + [-3.0, 0.5, 11.5]
     ends = [held(rod.sections[0], X[rod.sections[0]]), held(rod.sections[-1], far)]
-    system = System(rod.terms, len(X), make_solver("auto"), Scheme(), ends)
+    system = System(rod.terms, Unknowns(len(X)), make_solver("auto"), Scheme(), ends)
     system.begin(at_rest(X), 1.0)
     x, errors = X.copy(), []
     for _ in range(9):
@@ -137,7 +141,11 @@ def test_coherent_residuals_do_not_pass():
 def test_prescribed_nodes_arrive_exactly(spring, push):
     goal = np.array([[0.3, -0.2, 0.1]])
     system = System(
-        [spring(1.0, 2.0)], 2, make_solver("superlu"), Scheme(), [Prescribed(np.array([1]), lambda time: goal * time)]
+        [spring(1.0, 2.0)],
+        Unknowns(2),
+        make_solver("superlu"),
+        Scheme(),
+        [Prescribed(np.array([1]), lambda time: goal * time)],
     )
     step = system.begin(at_rest(np.full((2, 3), 0.5)), 3.0)
     x = exact(1e-11).solve(system, step.start.x, step, Sections.single(np.zeros(2, dtype=int))).x

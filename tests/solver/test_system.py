@@ -8,6 +8,7 @@ from knotfem.solver.schemes import BackwardEuler, Scheme, generalised_alpha, hht
 from knotfem.solver.state import Motion, State
 from knotfem.solver.system import System
 from knotfem.solver.term import Role
+from knotfem.solver.unknowns import Unknowns
 from knotfem.sparse.linear import make_solver
 from knotfem.terms.inertia import Drag, Inertia
 from knotfem.terms.load import EndForce, FollowingForce
@@ -18,7 +19,7 @@ def test_components_of_one_node_may_be_prescribed_apart(spring):
     where = np.arange(6.0).reshape(2, 3)
     system = System(
         [spring(1.0)],
-        4,
+        Unknowns(4),
         make_solver("superlu"),
         Scheme(),
         [
@@ -38,7 +39,7 @@ def test_symmetric_storage_only_where_every_term_is(spring):
     x = rod.mesh.nodes
     following = FollowingForce(rod.sections[-1], rod.end_weights, int(rod.axis[-2]), int(rod.axis[-1]), lambda t: t)
     for terms, symmetric in (([rod.bulk], True), ([rod.bulk, following], False)):
-        system = System(terms, len(x), make_solver("superlu"), Scheme())
+        system = System(terms, Unknowns(len(x)), make_solver("superlu"), Scheme())
         system.begin(at_rest(x), 1.0)
         _, matrix = system.tangent(x)
         assert matrix.pattern.upper is symmetric
@@ -51,7 +52,7 @@ def test_tangent_is_the_derivative_of_the_residual(scheme):
     terms = [*rod.terms, Drag(rod.mass, 20.0)]
     if scheme.inertial:
         terms.append(Inertia(rod.mass))
-    system = System(terms, len(x), make_solver("superlu"), scheme)
+    system = System(terms, Unknowns(len(x)), make_solver("superlu"), scheme)
     system.begin(at_rest(rod.mesh.nodes), 1e-4)
     system.residual(x)
     system.increment(np.zeros_like(x))
@@ -66,7 +67,9 @@ def test_tangent_is_the_derivative_of_the_residual(scheme):
 def test_analysis_is_kept_while_the_pattern_holds():
     rod = make_rod(6.0, 4)
     x = rod.mesh.nodes
-    system = System(rod.terms, len(x), make_solver("auto"), Scheme(), [held(rod.sections[0], x[rod.sections[0]])])
+    system = System(
+        rod.terms, Unknowns(len(x)), make_solver("auto"), Scheme(), [held(rod.sections[0], x[rod.sections[0]])]
+    )
     system.begin(at_rest(x), 1.0)
     for _ in range(3):
         _, matrix = system.tangent(x)
@@ -80,12 +83,14 @@ def test_analysis_is_kept_while_the_pattern_holds():
 
 
 def test_solution_vanishes_where_prescribed_and_damping_acts_by_weight(spring):
-    system = System([spring(2.0)], 2, make_solver("superlu"), Scheme(), damping_weights=np.array([0.25, 0.75]))
+    system = System(
+        [spring(2.0)], Unknowns(2, damping_weights=np.array([0.25, 0.75])), make_solver("superlu"), Scheme()
+    )
     x = np.ones((2, 3))
     system.begin(at_rest(x), 1.0)
     _, matrix = system.tangent(x)
     np.testing.assert_allclose(system.solve(matrix, 4.0, x), [[1 / 3] * 3, [1 / 5] * 3])
-    fixed = System([spring(2.0)], 2, make_solver("superlu"), Scheme(), [held(np.array([0]), x[:1])])
+    fixed = System([spring(2.0)], Unknowns(2), make_solver("superlu"), Scheme(), [held(np.array([0]), x[:1])])
     fixed.begin(at_rest(x), 1.0)
     _, matrix = fixed.tangent(x)
     np.testing.assert_allclose(fixed.solve(matrix, 0.0, x), [[0.0] * 3, [0.5] * 3])
@@ -95,7 +100,7 @@ def test_forces_by_label_sum_to_the_residual():
     rod = make_rod(6.0, 4, core_stiffness=50.0)
     x = 1.01 * rod.mesh.nodes
     loads = [EndForce(rod.sections[k], rod.end_weights, lambda t: np.array([0.0, 0.0, t])) for k in (0, -1)]
-    system = System([*rod.terms, *loads], len(x), make_solver("superlu"), Scheme())
+    system = System([*rod.terms, *loads], Unknowns(len(x)), make_solver("superlu"), Scheme())
     system.begin(at_rest(x), 1.0)
     forces = system.forces(x)
     assert list(forces) == ["elasticity-1", "core-1", "load-1", "load-2"]
@@ -109,7 +114,7 @@ def test_forces_by_label_sum_to_the_residual():
 def test_terms_that_others_may_lack_keep_the_number_of_what_they_belong_to(spring):
     first, numbered = spring(1.0), spring(1.0)
     numbered.number = 3
-    system = System([first, numbered], 1, make_solver("superlu"), Scheme())
+    system = System([first, numbered], Unknowns(1), make_solver("superlu"), Scheme())
     assert list(system.labels) == ["spring-1", "spring-3"]
 
 
@@ -118,7 +123,7 @@ def test_slope_of_the_merit_is_the_residual_in_every_scheme(spring, push):
     for scheme in (Scheme(), BackwardEuler(), hht(-0.3), generalised_alpha(0.5)):
         inertia = [Inertia(mass)] if scheme.inertial else []
         terms = [spring(3.0, 0.2), push(lambda time: np.array([5.0 * time, 1.0, 0.0])), *inertia]
-        system = System(terms, 2, make_solver("superlu"), scheme)
+        system = System(terms, Unknowns(2), make_solver("superlu"), scheme)
         start = Motion(np.array([[1.0, 0.2, 0.0], [0.0, 0.5, 0.3]]), np.ones((2, 3)), np.full((2, 3), 2.0), 0.5)
         system.begin(State.of(start, {}), 0.3)
         x = start.x + 0.1
@@ -129,7 +134,7 @@ def test_history_comes_back_to_the_bit_and_by_place():
     first = make_rod(6.0, 4, core_stiffness=50.0)
     second = make_rod(6.0, 4, core_stiffness=50.0, first=len(first.mesh.nodes))
     x = np.vstack([first.mesh.nodes, first.mesh.nodes + 20.0])
-    system = System([*first.terms, *second.terms], len(x), make_solver("superlu"), Scheme())
+    system = System([*first.terms, *second.terms], Unknowns(len(x)), make_solver("superlu"), Scheme())
     system.begin(at_rest(x), 1.0)
     system.tangent(x)
     assert first.core is not None
@@ -147,7 +152,7 @@ def test_history_comes_back_to_the_bit_and_by_place():
 
 def test_terms_that_a_state_does_not_know_begin_anew(spring):
     known, fresh = spring(1.0), spring(1.0)
-    system = System([known, fresh], 1, make_solver("superlu"), Scheme())
+    system = System([known, fresh], Unknowns(1), make_solver("superlu"), Scheme())
     known.accepted[:], fresh.accepted[:] = 5.0, 7.0
     system.load(State.of(Motion.at_rest(np.ones((1, 3))), {"spring-1": {"accepted": np.array([2.0])}}))
     assert (known.accepted[0], fresh.accepted[0]) == (2.0, 0.0)
@@ -156,7 +161,7 @@ def test_terms_that_a_state_does_not_know_begin_anew(spring):
 def test_a_committed_state_is_a_value(spring):
     """What happens to the terms and to the positions afterwards does not change it; nor does the next step."""
     hanging = spring(1.0)
-    system = System([hanging], 1, make_solver("superlu"), Scheme())
+    system = System([hanging], Unknowns(1), make_solver("superlu"), Scheme())
     start = at_rest(np.zeros((1, 3)), 2.0)
     x = np.array([[0.5, 0.0, 0.0]])
     step = system.begin(start, 0.25)
@@ -179,10 +184,10 @@ def test_pattern_of_an_earlier_system_gives_the_same_matrix():
     rod = make_rod(6.0, 4)
     x = rod.mesh.nodes
     following = FollowingForce(rod.sections[-1], rod.end_weights, int(rod.axis[-2]), int(rod.axis[-1]), lambda t: t)
-    before = System([rod.bulk, following], len(x), make_solver("superlu"), Scheme())
+    before = System([rod.bulk, following], Unknowns(len(x)), make_solver("superlu"), Scheme())
     before.begin(at_rest(x), 1.0)
     before.tangent(x)
-    later = System([rod.bulk], len(x), make_solver("superlu"), Scheme(), unsymmetric=True)
+    later = System([rod.bulk], Unknowns(len(x), unsymmetric=True), make_solver("superlu"), Scheme())
     assert before.keys is not None
     later.restore_pattern(before.keys)
     later.begin(at_rest(x), 1.0)
@@ -203,7 +208,7 @@ def test_a_step_may_be_begun_twice_with_the_weighed_start_residual(spring, push)
             Drag(mass, 2.0),
             Inertia(mass),
         ]
-        system = System(terms, 1, make_solver("superlu"), scheme)
+        system = System(terms, Unknowns(1), make_solver("superlu"), scheme)
         motion = Motion(np.array([[1.0, 0.0, 0.0]]), np.array([[0.0, 2.0, 0.0]]), np.zeros((1, 3)), 4.0)
         state = State.of(motion, {})
         if tried:

@@ -7,6 +7,7 @@ import pytest
 
 from knotfem.errors import InputError
 from knotfem.scene import load_scene, scene_to_toml
+from knotfem.scene.steps import Pull
 from knotfem.study import accuracy, records
 from knotfem.study.accuracy import accurate_overrides, parse_fraction, recommended
 from knotfem.study.records import Record, Setting, store, stored, user_file
@@ -124,7 +125,9 @@ def test_settings_are_applied_and_recorded():
     scene = load_scene("bowline", overrides)
     assert (scene.rods[0].mesh.section_elements, scene.rods[0].mesh.element) == (48, "hex8")
     assert scene.rods[0].mesh.element_length == pytest.approx(1.0)
-    assert scene.steps[1].displacement == 30.0
+    pull = scene.steps[1]
+    assert isinstance(pull, Pull)
+    assert pull.displacement == 30.0
     assert scene.accuracy is not None
     assert (scene.accuracy.wanted, scene.accuracy.level, scene.accuracy.scene) == (0.02, "uniform-48", "bowline")
     assert scene.accuracy.measured == pytest.approx(0.011)

@@ -25,8 +25,11 @@ def test_cheapest_within_the_target(target, name):
 def test_cheapest_of_all_families():
     element = option("element", 0.03, 0.1)
     found = combine([SINGLE, {"step": [BASE, STEP], "element": [BASE, element]}], 0.06)
+    assert found is not None
     assert found.name == "step-1+element-1"
     assert found.overrides == ("step=1", "element=1")
     assert found.setting == "for 0.06: step coarse, element coarse"
     dear = option("element", 0.03, 0.9)
-    assert combine([SINGLE, {"step": [BASE, STEP], "element": [BASE, dear]}], 0.06).name == "step-1+slice-1"
+    found = combine([SINGLE, {"step": [BASE, STEP], "element": [BASE, dear]}], 0.06)
+    assert found is not None
+    assert found.name == "step-1+slice-1"

@@ -213,7 +213,10 @@ def test_combination_follows_from_the_series_and_is_run(folder, monkeypatch):
         changed = {entry.level.name: entry.scene for entry in study.measured}
         for part in parts:
             if part.startswith("section"):
-                assert combined.scene.rods[0].mesh.section_elements == changed[part].rods[0].mesh.section_elements
+                together, alone = combined.scene, changed[part]
+                assert together is not None
+                assert alone is not None
+                assert together.rods[0].mesh.section_elements == alone.rods[0].mesh.section_elements
 
 
 def test_scene_that_fails_has_no_table(tmp_path):

@@ -2,6 +2,7 @@
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 from manufactured import write_run
@@ -36,6 +37,14 @@ def scene_of(level: Level):
     return load_scene("overhand", level.overrides)
 
 
+class Listened(Jobs):
+    """Jobs that keep what they tell."""
+
+    def __init__(self, *arguments: Any, **settings: Any) -> None:
+        self.told: list[str] = []
+        super().__init__(*arguments, tell=self.told.append, **settings)
+
+
 @pytest.fixture
 def make(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """Jobs whose processes do as they are told."""
@@ -44,12 +53,9 @@ def make(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(module, "WORKER", (sys.executable, str(script)))
     monkeypatch.setattr(module, "POLL", 0.01)
 
-    def build(plan: str = "{}", **settings) -> Jobs:
+    def build(plan: str = "{}", **settings) -> Listened:
         (tmp_path / "plan.json").write_text(plan)
-        jobs = Jobs(tmp_path, scene_of, **{"processes": 1, "threads": 1, **settings})
-        jobs.told = []
-        jobs.tell = jobs.told.append
-        return jobs
+        return Listened(tmp_path, scene_of, **{"processes": 1, "threads": 1, **settings})
 
     return build
 

@@ -6,7 +6,7 @@ import pytest
 from knotfem.scene import load_scene
 from knotfem.study.closed_forms import ClosedForm
 from knotfem.study.extrapolation import Limit
-from knotfem.study.jobs import Outcome
+from knotfem.study.jobs import Outcome, State
 from knotfem.study.measured import Measured
 from knotfem.study.references import falling, mesh_limit, references, series_limits
 from knotfem.study.refinement import Level
@@ -14,7 +14,7 @@ from knotfem.study.refinement import Level
 TRUE = np.linspace(0.5, 2.0, 7)
 
 
-def entry(series: str, size: float, value: np.ndarray, state="done") -> Measured:
+def entry(series: str, size: float, value: np.ndarray, state: State = "done") -> Measured:
     level = Level(f"{series}-{size}", series, "", size)
     quantities = {"force": value} if state == "done" else {}
     return Measured(level, load_scene("cantilever"), Outcome(state), quantities, size=size)
@@ -75,6 +75,7 @@ def test_limit_of_the_mesh_needs_section_and_slice():
     assert mesh_limit(base, limits) is None
     section = Limit(base - 0.1, 0.01, None, "")
     found = mesh_limit(base, {**limits, "section": section})
+    assert found is not None
     assert found.value == pytest.approx(TRUE + 0.02 - 0.1)
     assert found.uncertainty == pytest.approx(0.01 + limits["slice"].uncertainty)
 

@@ -2,6 +2,7 @@
 
 import pytest
 from manufactured import write_run
+from rich.table import Table
 
 from knotfem.models.effects import EFFECTS
 from knotfem.scene import load_scene
@@ -59,4 +60,6 @@ def test_costs_and_changes(tmp_path):
     states = {row["effect"]: row["state"] for row in effects_rows(study)}
     assert list(states) == list(study.without)
     assert states["contact"] == "failed"
-    assert effects_table(study).row_count == 4
+    table = effects_table(study)
+    assert isinstance(table, Table)
+    assert table.row_count == 4

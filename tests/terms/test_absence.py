@@ -24,6 +24,7 @@ from knotfem.solver.nonlinear.tolerance import ForceTolerance
 from knotfem.solver.schemes import BackwardEuler, Scheme
 from knotfem.solver.system import System
 from knotfem.solver.term import Term
+from knotfem.solver.unknowns import Unknowns
 from knotfem.sparse.linear import available, make_solver
 from knotfem.terms.gravity import Gravity
 from knotfem.terms.inertia import Drag, Inertia
@@ -76,7 +77,7 @@ class Bench:
             driven(ends[1], x[ends[1]], np.array([1.0, 0.0, 0.0]), lambda time: 0.6 * time),
         ]
         terms = [*(rod.bulk for rod in self.rods), *more]
-        self.system = System(terms, len(x), make_solver("auto"), self.scheme, motions)
+        self.system = System(terms, Unknowns(len(x)), make_solver("auto"), self.scheme, motions)
         newton = Newton(ForceTolerance(1e-10, 1e-9), Armijo(whole_below=10.0), max_iterations=40, largest_move=10.0)
         sections = cross_sections(*self.rods)
         steps = list(

@@ -14,6 +14,7 @@ from knotfem.solver.schemes import BackwardEuler, Scheme, generalised_alpha, hht
 from knotfem.solver.state import Motion
 from knotfem.solver.system import System
 from knotfem.solver.term import TimeStep
+from knotfem.solver.unknowns import Unknowns
 from knotfem.sparse.linear import make_solver
 from knotfem.terms.gravity import Gravity
 from knotfem.terms.inertia import Inertia
@@ -107,7 +108,7 @@ def fallen(angle: float, seconds: float, dt: float) -> np.ndarray:
     turn = np.array([[np.cos(angle), 0.0, np.sin(angle)], [0.0, 1.0, 0.0], [-np.sin(angle), 0.0, np.cos(angle)]])
     x = rod.mesh.nodes @ turn.T
     terms = [rod.bulk, Inertia(rod.mass), Gravity(rod.mass, np.array([0.0, 0.0, -9810.0])), drag_of(rod)]
-    system = System(terms, len(x), make_solver("auto"), BackwardEuler())
+    system = System(terms, Unknowns(len(x)), make_solver("auto"), BackwardEuler())
     newton = Newton(ForceTolerance(node=1e-9, resultant=1e-8), Armijo(whole_below=1e3), largest_move=1e3)
     steps = accepted_steps(
         system, at_rest(x), cross_sections(rod), [seconds], first=dt, largest=dt, move=1e6, newton=newton

@@ -45,7 +45,8 @@ def test_all_roots_of_the_slope_are_found():
     for i in range(300):
         quartic = np.zeros(5)
         for a in range(3):
-            quartic = quartic + np.convolve(*2 * [[square[i, a], linear[i, a], start[a]]])
+            part = [square[i, a], linear[i, a], start[a]]
+            quartic = quartic + np.convolve(part, part)
         roots = np.roots(np.polyder(quartic))
         real = np.sort(roots[(abs(roots.imag) < 1e-9) & (roots.real > 0.0) & (roots.real < 1.0)].real)
         inner = found[i, 2:]

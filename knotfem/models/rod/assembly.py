@@ -20,6 +20,7 @@ from knotfem.solver.schemes import Scheme
 from knotfem.solver.state import Motion, State
 from knotfem.solver.system import System, labelled
 from knotfem.solver.term import Conditions, Term
+from knotfem.solver.unknowns import Unknowns
 from knotfem.sparse.linear import make_solver
 from knotfem.terms.axial import AxialStiffness
 
@@ -175,18 +176,9 @@ class DiscreteRods:
         """
         kept = np.zeros((self.layout.nodes, 4), dtype=bool) if fixed is None else fixed.copy()
         kept[self.layout.last, 3] = True
+        unknowns = Unknowns(self.layout.nodes, 4, kept, unsymmetric=True)
         solver = make_solver(linear_solver, threads)
-        return System(
-            [*self.terms, *loads],
-            self.layout.nodes,
-            solver,
-            scheme,
-            prescribed,
-            conditions=conditions,
-            width=4,
-            fixed=kept,
-            unsymmetric=True,
-        )
+        return System([*self.terms, *loads], unknowns, solver, scheme, prescribed, conditions=conditions)
 
     def tension(self, x: np.ndarray) -> np.ndarray:
         """Axial force of each segment [N], internal damping included, shape [segments]."""

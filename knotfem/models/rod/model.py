@@ -128,7 +128,7 @@ class RodModel(Model):
     def constrained(self, rod: int, side: str, motion: RigidMotion, origin: State) -> tuple[Prescribed, list[Clamp]]:
         node, frame = self.end_nodes(rod, side).outer, self._end_frame(rod, side, origin)
         place, translation = origin.x[node, :3].copy(), motion.translation
-        nodes, label = np.array([node]), f"{self.rods[rod].name}.{side}"
+        nodes, label = np.array([node]), self.end_label(rod, side)
 
         def places(time: float) -> np.ndarray:
             return (place if translation is None else place + translation(time))[None]

@@ -25,6 +25,7 @@ from knotfem.scene.model import Scene
 from knotfem.scene.rods import Rod
 from knotfem.solver.nonlinear.tolerance import Sections
 from knotfem.solver.term import Term
+from knotfem.solver.unknowns import Unknowns
 
 if TYPE_CHECKING:
     from knotfem.models.solid.projection import Projection
@@ -98,21 +99,21 @@ class Body:
     Attributes:
         scene: what the user asked for.
         rods: in the scene's order.
-        damping_weights: fraction of each node in the volume, summing to one.
+        unknowns: of all nodes, damped by their fractions of the volume.
         sections: cross-sections of all rods.
         warnings: what deserves one.
     """
 
     scene: Scene
     rods: list[SolidRod]
-    damping_weights: np.ndarray
+    unknowns: Unknowns
     sections: Sections
     warnings: list[str]
 
     @property
     def nodes(self) -> int:
         """Number of nodes."""
-        return self.damping_weights.size
+        return self.unknowns.nodes
 
     @cached_property
     def mass(self) -> np.ndarray:
@@ -189,7 +190,8 @@ def build_body(scene: Scene, section: Section | None = None, materials: Mapping[
     warnings = [warning for rod in rods for warning in rod.target.warnings]
     if section is None:
         warnings += [said for rod in scene.rods if (said := _said_of_section(rod)) is not None]
-    return Body(scene, rods, volume / volume.sum(), Sections(np.concatenate(sections), np.array(starts[:-1])), warnings)
+    unknowns = Unknowns(volume.size, damping_weights=volume / volume.sum())
+    return Body(scene, rods, unknowns, Sections(np.concatenate(sections), np.array(starts[:-1])), warnings)
 
 
 def _solid_rod(rod: Rod, target: Centreline, first: int, section: Section | None, law: Material | None) -> SolidRod:

@@ -59,14 +59,7 @@ def mapping(
     nodes = np.concatenate([_held_nodes(rod) for rod in body.rods])
     x = np.empty((body.nodes, 3))
     follow = Prescribed(nodes, lambda _: x[nodes])
-    system = System(
-        body.elastic,
-        body.nodes,
-        make_solver(solver_name, threads),
-        Scheme(),
-        [follow],
-        damping_weights=body.damping_weights,
-    )
+    system = System(body.elastic, body.unknowns, make_solver(solver_name, threads), Scheme(), [follow])
     for number, mapping_time in enumerate(times):
         began = time.perf_counter()
         last = number == len(times) - 1

@@ -89,19 +89,18 @@ class SolidModel(Model):
             here = x if rotation is None else centre + rotate(x - centre, axis, rotation(time))
             return here if translation is None else here + translation(time)
 
-        return Prescribed(nodes, places, f"{body.scene.name}.{side}"), []
+        return Prescribed(nodes, places, self.end_label(rod, side)), []
 
     def equations(self, step: Step, origin: State, before: dict[str, np.ndarray]) -> Equations:
         scene = self.scene
         ends = ends_of(self, step, origin, before)
         system = System(
             [*self.terms, *ends.loads],
-            self.nodes,
+            self.body.unknowns,
             make_solver(scene.solver.linear, threads_of(scene)),
             make_scheme(scene, step),
             ends.prescribed,
             conditions=conditions_of(scene, step, origin.time),
-            damping_weights=self.body.damping_weights,
         )
         return Equations(system, ends.supports, ends.drives)
 

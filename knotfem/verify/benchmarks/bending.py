@@ -11,6 +11,7 @@ from knotfem.solver.constraints import Prescribed, held
 from knotfem.solver.schemes import Scheme
 from knotfem.solver.system import System
 from knotfem.solver.term import Term, TimeStep
+from knotfem.solver.unknowns import Unknowns
 from knotfem.sparse.linear import make_solver
 from knotfem.terms.gravity import Gravity
 from knotfem.terms.load import EndForce, FollowingForce
@@ -45,7 +46,7 @@ class GrowingWeight(Gravity):
 def loaded(rod: Rod, loads: list[Term]) -> np.ndarray:
     """Centreline of a cantilever under loads that grow within one second, shape [sections, 3]."""
     x = rod.mesh.nodes
-    system = System([*rod.terms, *loads], len(x), make_solver("auto"), Scheme(), beam_clamp(rod))
+    system = System([*rod.terms, *loads], Unknowns(len(x)), make_solver("auto"), Scheme(), beam_clamp(rod))
     steps = accepted_steps(
         system, at_rest(x), cross_sections(rod), [1.0], first=0.25, largest=0.25, move=1e3, newton=WHOLE_STEPS
     )
@@ -97,7 +98,7 @@ def roll_up() -> list[Quantity]:
         rod.sections[-1], -rod.couple_weights(0), int(rod.axis[-2]), int(rod.axis[-1]), lambda t: moment * t
     )
     x = bent_into_arc(rod, 1.8 * np.pi)
-    system = System([*rod.terms, couple], len(x), make_solver("auto"), Scheme(), beam_clamp(rod))
+    system = System([*rod.terms, couple], Unknowns(len(x)), make_solver("auto"), Scheme(), beam_clamp(rod))
     steps = accepted_steps(system, at_rest(x, 0.9), cross_sections(rod), [1.0], first=0.025, newton=WHOLE_STEPS)
     line = final_state(steps).x[rod.axis]
     return [

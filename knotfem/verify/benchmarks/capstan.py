@@ -26,6 +26,7 @@ from knotfem.solver.schemes import Scheme
 from knotfem.solver.state import State
 from knotfem.solver.system import System
 from knotfem.solver.term import Term
+from knotfem.solver.unknowns import Unknowns
 from knotfem.sparse.linear import make_solver
 from knotfem.terms.axial import AxialStiffness
 from knotfem.terms.inertia import Drag
@@ -104,7 +105,7 @@ class Draped:
 
     def loaded(self, loads: list[Term], prescribed: list[Prescribed], end: float, state: State) -> tuple[State, System]:
         """The state at a time [s] under loads, from an earlier one, and the equations in it."""
-        system = System([*self.terms, *loads], len(self.x), make_solver("auto"), Scheme(), prescribed)
+        system = System([*self.terms, *loads], Unknowns(len(self.x)), make_solver("auto"), Scheme(), prescribed)
         steps = accepted_steps(system, state, cross_sections(self.rod), [end], first=0.05, largest=1.0, move=3.0)
         return final_state(steps), system
 

@@ -25,6 +25,7 @@ from knotfem.solver.nonlinear.tolerance import ForceTolerance, Sections
 from knotfem.solver.schemes import Scheme
 from knotfem.solver.state import Motion, State
 from knotfem.solver.system import System
+from knotfem.solver.unknowns import Unknowns
 from knotfem.sparse.linear import make_solver
 from knotfem.verify.benchmarks.rods import Rod, moduli, surfaces
 from knotfem.verify.case import Case, Quantity
@@ -87,7 +88,7 @@ class Crossing:
         self.goal = self.X.copy()
         self.system = System(
             [*self.bulks, self.contact],
-            2 * self.count,
+            Unknowns(2 * self.count),
             make_solver("auto"),
             Scheme(),
             [Prescribed(self.held, lambda time: self.goal[self.held])],

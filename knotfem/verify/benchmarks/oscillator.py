@@ -12,6 +12,7 @@ from knotfem.solver.schemes import BackwardEuler, GeneralisedAlpha, Scheme, gene
 from knotfem.solver.state import Motion, State
 from knotfem.solver.system import System
 from knotfem.solver.term import Role, Term
+from knotfem.solver.unknowns import Unknowns
 from knotfem.sparse.linear import make_solver
 from knotfem.sparse.pattern import Matrix
 from knotfem.terms.inertia import Drag, Inertia
@@ -48,7 +49,7 @@ def swing(scheme: Scheme, steps: int, dt: float, damping: float = 0.0) -> np.nda
     terms: list[Term] = [Spring(OMEGA**2), Inertia(mass)]
     if damping > 0.0:
         terms.append(Drag(mass, damping))
-    system = System(terms, 1, make_solver("superlu"), scheme)
+    system = System(terms, Unknowns(1), make_solver("superlu"), scheme)
     x = np.array([[1.0, 0.0, 0.0]])
     state = State.of(Motion(x, np.zeros((1, 3)), -(OMEGA**2) * x), {})
     newton = Newton(ForceTolerance(1e-10, 1e-10), largest_move=10.0)

@@ -35,6 +35,7 @@ from knotfem.solver.stepping.controller import StepController
 from knotfem.solver.stepping.integrator import Continuation, integrate
 from knotfem.solver.system import System
 from knotfem.solver.term import Conditions, Term
+from knotfem.solver.unknowns import Unknowns
 from knotfem.sparse.linear import make_solver
 from knotfem.terms.inertia import Drag
 from knotfem.tie.sweep import swept_state
@@ -89,7 +90,7 @@ class Knot:
         """Integrate over a time [s] under a drag [1/s]; the reactions at its end are kept."""
         conditions = Conditions(drag=drag)
         nodes = len(self.state.x)
-        system = System(self.terms, nodes, make_solver("auto"), Scheme(), ends, conditions=conditions)
+        system = System(self.terms, Unknowns(nodes), make_solver("auto"), Scheme(), ends, conditions=conditions)
         controller = StepController(first=first, smallest=1e-6 * first, largest=duration, move=RADIUS)
         newton = Newton(ForceTolerance(2e-7, 2e-6))
         start, end = Continuation.at(self.state), np.array([self.state.time + duration])

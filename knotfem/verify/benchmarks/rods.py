@@ -29,6 +29,7 @@ from knotfem.solver.stepping.controller import StepController
 from knotfem.solver.stepping.integrator import AcceptedStep, Continuation, integrate
 from knotfem.solver.system import System
 from knotfem.solver.term import Term
+from knotfem.solver.unknowns import Unknowns
 from knotfem.sparse.linear import make_solver
 from knotfem.terms.axial import AxialStiffness
 from knotfem.tie.sweep import swept_state
@@ -209,7 +210,7 @@ def static(
     linear: str = "auto",
 ) -> tuple[np.ndarray, System, Solution]:
     """Equilibrium nearest to x at a time [s], with a tolerance on nodes [N]."""
-    system = System(terms, len(x), make_solver(linear), Scheme(), prescribed)
+    system = System(terms, Unknowns(len(x)), make_solver(linear), Scheme(), prescribed)
     step = system.begin(at_rest(x), time)
     newton = Newton(ForceTolerance(tolerance, 100.0 * tolerance), Armijo(whole_below=5.0), largest_move=100.0)
     solution = newton.solve(system, x, step, sections)

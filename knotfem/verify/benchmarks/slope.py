@@ -22,6 +22,7 @@ from knotfem.solver.schemes import BackwardEuler
 from knotfem.solver.stepping.integrator import AcceptedStep
 from knotfem.solver.system import System
 from knotfem.solver.term import TimeStep
+from knotfem.solver.unknowns import Unknowns
 from knotfem.sparse.linear import make_solver
 from knotfem.terms.gravity import Gravity
 from knotfem.terms.inertia import Inertia
@@ -59,7 +60,7 @@ def block(angle: float, steps: int) -> tuple[Iterator[AcceptedStep], ObstacleCon
     contact = ObstacleContact(surface, samples, Penalty(11.4, 0.2), plane)
     terms = [*rod.terms, Inertia(rod.mass), Tilting(rod.mass, angle), contact]
     terms.append(Friction(contact, TubeObstacleFriction(STICK), np.array([MU])))
-    system = System(terms, len(rod.mesh.nodes), make_solver("superlu"), BackwardEuler())
+    system = System(terms, Unknowns(len(rod.mesh.nodes)), make_solver("superlu"), BackwardEuler())
     newton = Newton(ForceTolerance(1e-9, 1e-8), Armijo(whole_below=10.0), largest_move=10.0)
     times, sections = [STEP * steps], cross_sections(rod)
     accepted = accepted_steps(system, at_rest(x), sections, times, first=STEP, largest=STEP, move=100.0, newton=newton)

@@ -13,6 +13,7 @@ from knotfem.scene.stiffness import mass_per_length
 from knotfem.solver.constraints import Prescribed
 from knotfem.solver.schemes import Scheme
 from knotfem.solver.system import System
+from knotfem.solver.unknowns import Unknowns
 from knotfem.sparse.linear import make_solver
 from knotfem.terms.load import EndForce
 from knotfem.verify.benchmarks.rods import Rod, at_rest, beam_clamp, cross_sections, make_rod, static
@@ -31,7 +32,7 @@ def lowest(rod: Rod, system: System, x: np.ndarray, count: int) -> np.ndarray:
 def frequencies(element: str, slices: int) -> list[Quantity]:
     """The first three pairs of modes of a cantilever."""
     rod = make_rod(180.0, slices, radius=1.5, element=element)
-    system = System(rod.terms, len(rod.mesh.nodes), make_solver("superlu"), Scheme(), beam_clamp(rod))
+    system = System(rod.terms, Unknowns(len(rod.mesh.nodes)), make_solver("superlu"), Scheme(), beam_clamp(rod))
     system.begin(at_rest(rod.mesh.nodes), 1.0)
     found = np.sqrt(lowest(rod, system, rod.mesh.nodes, 6))
     scale = np.sqrt(rod.bending / mass_per_length(rod.density, 1.5)) / 180.0**2

@@ -14,6 +14,7 @@ from knotfem.solver.constraints import Prescribed, held
 from knotfem.solver.nonlinear.tolerance import Sections
 from knotfem.solver.schemes import Scheme
 from knotfem.solver.system import System
+from knotfem.solver.unknowns import Unknowns
 from knotfem.sparse.linear import make_solver
 from knotfem.terms.load import EndForce
 from knotfem.verify.benchmarks.rods import (
@@ -64,7 +65,7 @@ def torsion(element: str) -> list[Quantity]:
     tau = 0.5 / 3.0
     centre, z_axis = X[rod.axis[-1]], np.array([0.0, 0.0, 1.0])
     twisted = Prescribed(far, lambda t: centre + rotate(X[far] - centre, z_axis, tau * 30.0 * t))
-    system = System(rod.terms, len(X), make_solver("auto"), Scheme(), [held(near, X[near]), twisted])
+    system = System(rod.terms, Unknowns(len(X)), make_solver("auto"), Scheme(), [held(near, X[near]), twisted])
     steps = accepted_steps(system, at_rest(X), cross_sections(rod), [1.0], first=0.25, largest=0.25, newton=WHOLE_STEPS)
     x = final_state(steps).x
     force = system.residual(x)[far]
@@ -117,7 +118,7 @@ def cook(cells: int, tip: float) -> list[Quantity]:
     left, right = (np.concatenate([edge, edge + count]) for edge in (i[0], i[-1]))
     load = EndForce(right, np.concatenate([weights, weights]), lambda t: np.array([0.0, 100.0 * t, 0.0]))
     flatness = Prescribed(np.arange(2 * count), lambda time: X, components=(False, False, True))
-    system = System([bulk, load], 2 * count, make_solver("auto"), Scheme(), [held(left, X[left]), flatness])
+    system = System([bulk, load], Unknowns(2 * count), make_solver("auto"), Scheme(), [held(left, X[left]), flatness])
     steps = accepted_steps(
         system, at_rest(X), _one_section(2 * count), [1.0], first=0.25, largest=0.25, move=1e3, newton=WHOLE_STEPS
     )
