@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -71,7 +71,7 @@ def schedule_of(model: Model, step: Step, began: float) -> Schedule:
     smallest = first * 0.4**scene.solver.max_cutbacks
     real = StepController(first=first, smallest=smallest, largest=length, move=move)
     tolerance, floor = scene.quasi_static.tolerance, ForceTolerance.of(scene.solver.force_tolerance).resultant
-    pacing = real if step.real else QuasiStatic(real, model.mass, model.force_scale, tolerance, floor)
+    pacing = real if step.real else _quasi_static(model, real, floor)
     return Schedule(pacing, times, tolerance, floor)
 
 
@@ -80,6 +80,12 @@ def duration_of(step: Step) -> float:
     if not step.real and isinstance(step, Relax | Release):
         return step.friction_schedule[-1].time if step.friction_schedule else 0.0
     return step.longest if isinstance(step, Relax) else step.duration
+
+
+def _quasi_static(model: Model, loads: StepController, floor: float) -> QuasiStatic:
+    solver, tolerance = model.scene.solver, model.scene.quasi_static.tolerance
+    pacing = QuasiStatic(loads, model.mass, model.force_scale, tolerance, floor)
+    return replace(pacing, shortest=pacing.hurry**solver.max_cutbacks)
 
 
 class Rest:

@@ -1,6 +1,6 @@
 """Initial configuration of discrete rods: along a scene's centreline, or as a three-dimensional run has left them.
 
-It is free of twist but for what its clamped ends hold: with the centreline fixed and no friction, the segments rotate
+It is free of twist but for what its clamped ends hold, be it given by the scene or left by a run: with the centreline fixed and no friction, the segments rotate
 until the twist is uniform along the rod, which is its least energy.
 """
 
@@ -70,9 +70,9 @@ def initial_rods(scene: Scene, source: Sequence[SourceRod] = ()) -> list[Initial
     if source:
         return [_as_left(scene, rod, left) for rod, left in zip(scene.rods, source, strict=True)]
     found = []
-    for target in centrelines_of(scene):
+    for rod, target in zip(scene.rods, centrelines_of(scene), strict=True):
         t = tangents(target.points)
-        found.append(_initial(target, t[[0, -1]], perpendicular(t[0]), 0.0))
+        found.append(_initial(target, t[[0, -1]], perpendicular(t[0]), rod.twist))
     return found
 
 

@@ -67,7 +67,7 @@ def mapping(
         iterations, solved = 0, True
         try:
             for rod, path, frame, stretched in zip(body.rods, paths, frames, stretch, strict=True):
-                _sweep(x, rod, path.at(mapping_time), frame[number], stretched)
+                _sweep(x, rod, path.at(mapping_time), frame[number], stretched, mapping_time)
             solution = _balance(body, system, x, exact if last else loose)
             x, iterations = solution.x, solution.iterations
         except (InputError, StepFailed) as error:
@@ -91,9 +91,15 @@ def _balance(body: Body, system: System, x: np.ndarray, newton: Newton) -> Solut
     return newton.solve(system, x, step, body.sections)
 
 
-def _sweep(x: np.ndarray, rod: SolidRod, points: np.ndarray, start: np.ndarray, stretch: np.ndarray) -> None:
-    """Put a rod's sections onto a centreline."""
+def _sweep(
+    x: np.ndarray, rod: SolidRod, points: np.ndarray, start: np.ndarray, stretch: np.ndarray, mapping_time: float
+) -> None:
+    """Put a rod's sections onto a centreline, twisted evenly in proportion to the mapping time."""
     frames = rotation_minimising_frame(points, start)
+    if rod.scene.twist != 0.0:
+        angle = mapping_time * rod.scene.twist * np.linspace(0.0, 1.0, len(points))
+        for director in (0, 1):
+            frames[:, director] = rotate(frames[:, director], frames[:, 2], angle)
     x[rod.section_nodes] = swept_state(
         points, frames, rod.section_points, rod.scene.material.poissons_ratio, stretch=stretch
     )
