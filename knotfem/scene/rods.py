@@ -158,9 +158,9 @@ class Rod(Table):
         rotation: of the scaled curve, before `origin`.
         origin: where the curve's own origin goes [mm].
         smoothing: of the curve.
-        twist: by which the section at the rod's end is turned about the tangent there, right-handed in the direction of
-            the arclength, when the knot is tied; spread evenly along the rod, and held by ends that are clamped. Without
-            it, a tied rod is free of twist.
+        twist: angle by which the section at the rod's end is turned about the tangent there when the knot is tied,
+            right-handed in the direction of the arclength; spread evenly along the rod, and held by clamped ends.
+            Without it, a tied rod is free of twist.
         material: of the bulk.
         core: wire on the axis, or none.
         mesh: hexahedra.

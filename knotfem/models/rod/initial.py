@@ -1,7 +1,7 @@
 """Initial configuration of discrete rods: along a scene's centreline, or as a three-dimensional run has left them.
 
-It is free of twist but for what its clamped ends hold, be it given by the scene or left by a run: with the centreline fixed and no friction, the segments rotate
-until the twist is uniform along the rod, which is its least energy.
+It is free of twist but for what its clamped ends hold, be it given by the scene or left by a run. With the centreline
+fixed and no friction, the segments rotate until the twist is uniform along the rod, which is its least energy.
 """
 
 from __future__ import annotations
