@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from knotfem.contact.report import ContactReport
+from knotfem.errors import InputError
 from knotfem.models.centreline import Centreline
 from knotfem.models.material import Material
 from knotfem.models.series import Fields, SeriesMesh
@@ -140,6 +141,26 @@ class Additions:
     def empty(self) -> bool:
         """Whether there are none."""
         return not (self.terms or self.obstacles or self.materials)
+
+
+def made_terms(model: Model, additions: Additions) -> list[Term]:
+    """Terms of the user's own.
+
+    Raises:
+        InputError: what was passed is no term and makes none, or a name is missing or used twice.
+    """
+    made: list[Term] = []
+    for given in additions.terms:
+        term = given(model) if callable(given) else given
+        if not isinstance(term, Term):
+            expected = "a knotfem.Term, or a function that makes one"
+            raise InputError("no term", key="terms", found=repr(term), expected=expected)
+        if not term.name:
+            raise InputError("no name", key="terms", found=type(term).__name__, expected="a name of its own")
+        if any(other.name == term.name for other in made):
+            raise InputError("used twice", key="terms", found=term.name, expected="a name of its own")
+        made.append(term)
+    return made
 
 
 class Model(ABC):

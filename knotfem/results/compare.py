@@ -54,12 +54,16 @@ class Comparison:
     locking: float | None
     state: CommonState | None
 
-    def write(self, out: Path) -> Path:
+    def __repr__(self) -> str:
+        return f"<comparison of {', '.join(curve.label for curve in self.curves)}>"
+
+    def write(self, out: str | Path) -> Path:
         """Draw the picture, and write the figures into a CSV table beside it, whose file is returned.
 
         Raises:
             InputError: one of them cannot be written.
         """
+        out = Path(out)
         self._draw(out)
         table = out.with_suffix(".csv")
         columns = {"figure": [f.name for f in self.figures], "unit": [f.unit for f in self.figures]}

@@ -17,6 +17,7 @@ from knotfem.models.base import (
     Model,
     RigidMotion,
     Row,
+    made_terms,
 )
 from knotfem.models.conditions import conditions_of, make_scheme
 from knotfem.models.described import described
@@ -67,7 +68,7 @@ class RodModel(Model):
         self.nodes, self.segments = layout.nodes, int(layout.edges.size)
         self.sections = Sections(np.arange(layout.nodes), layout.first[:-1])
         self.terms = [*self.discrete.terms, *viscous_drag(scene, *self.discrete.edges)]
-        self.terms += [made if not callable(made) else made(self) for made in extra.terms]
+        self.terms += made_terms(self, extra)
         self.absent = absent_effects(scene)
         self.obstacle_names = [obstacle.name for obstacle in obstacles]
         self.warnings = [*(warning for rod in initial for warning in rod.target.warnings), *coarse(scene)]
