@@ -95,15 +95,57 @@ def add_blocks(matrix: MatrixView, rows: np.ndarray, columns: np.ndarray, block:
     Returns:
         False where a part of it lies outside the pattern.
     """
-    width = len(matrix.components)
+    width, upper = len(matrix.components), matrix.upper
+    node_ptr, node_adj, data = matrix.node_ptr, matrix.node_adj, matrix.data
     for p in range(rows.size):
-        if rows[p] < 0:
+        a = rows[p]
+        if a < 0:
             continue
         for q in range(columns.size):
-            if columns[q] < 0:
+            b = columns[q]
+            if b < 0 or (upper and b < a):
                 continue
-            if not add_block(matrix, rows[p], columns[q], block, width * p, width * q):
+            slot = block_slot(node_ptr, node_adj, a, b)
+            if slot < 0:
                 return False
+            for i in range(width):
+                start = row_start(node_ptr, width, upper, a, i) + width * slot
+                for j in range(i if upper and a == b else 0, width):
+                    data[start + j] += block[width * p + i, width * q + j]
+    return True
+
+
+@kernel
+def add_weighted(
+    matrix: MatrixView, rows: np.ndarray, weights: np.ndarray, columns: np.ndarray, blocks: np.ndarray
+) -> bool:
+    """Add weights[a] blocks[c] to nodes (rows[a], columns[c]).
+
+    Args:
+        matrix: to add to.
+        rows: nodes, shape [n].
+        weights: shape [n].
+        columns: nodes, shape [m].
+        blocks: shape [m, width, width].
+
+    Returns:
+        False where a part of it lies outside the pattern.
+    """
+    width, upper = len(matrix.components), matrix.upper
+    node_ptr, node_adj, data = matrix.node_ptr, matrix.node_adj, matrix.data
+    for p in range(rows.size):
+        a, weight = rows[p], weights[p]
+        for q in range(columns.size):
+            b = columns[q]
+            if upper and b < a:
+                continue
+            slot = block_slot(node_ptr, node_adj, a, b)
+            if slot < 0:
+                return False
+            for i in range(width):
+                start = row_start(node_ptr, width, upper, a, i) + width * slot
+                for j in range(i if upper and a == b else 0, width):
+                    data[start + j] += weight * blocks[q, i, j]
     return True
 
 
