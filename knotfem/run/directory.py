@@ -10,7 +10,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
-from knotfem.errors import InputError, cannot_write
+from knotfem.errors import OVERRIDES, InputError, cannot_write
 from knotfem.files import PART_SUFFIX, read_json, write_atomically, write_json
 from knotfem.run.checkpoint import CheckpointStore
 from knotfem.run.colours import COLOURS
@@ -154,7 +154,7 @@ class RunDirectory:
         for key in type(changed).model_fields:
             if key not in _SETTINGS and getattr(changed, key) != getattr(self.scene, key):
                 expected = f"{' or '.join(_SETTINGS)}: the rest of a run stays, start another with -o"
-                raise InputError("cannot change in a run", file="--set", key=key, expected=expected)
+                raise InputError("cannot change in a run", file=OVERRIDES, key=key, expected=expected)
         self.scene = changed
 
     @property

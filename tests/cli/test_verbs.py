@@ -203,6 +203,8 @@ def test_check(stand_in: Callable[..., None]) -> None:
     assert call("check", "bowline", "--quiet").output == ""
     assert json.loads(call("check", "bowline", "--log-format", "json").stdout)["dofs"] == 12
     assert call("check", "bowline", "--set", "contact.friction=-1").exit_code == 3
+    named = call("check", "bowline", "--set", "steps.pull.displacement=20")
+    assert named.stderr.startswith("knotfem: --set: steps.pull.displacement: ")
 
 
 def stored_run(path: Path) -> Path:
