@@ -18,6 +18,7 @@ from knotfem.run.provenance import timestamp
 from knotfem.scene.load import Overrides, load_scene
 from knotfem.scene.model import Scene
 from knotfem.scene.write import scene_to_toml
+from knotfem.shipped import scene_names
 
 State = Literal["running", "done", "failed", "stopped"]
 
@@ -98,6 +99,14 @@ class RunDirectory:
     def is_run(path: str | Path) -> bool:
         """Whether a folder holds a run."""
         return (Path(path) / _SCENE).is_file()
+
+    @staticmethod
+    def shadowed(source: str | Path) -> str | None:
+        """A sentence for the user where a run hides the shipped scene of the same name, or None."""
+        if str(source) not in scene_names() or not RunDirectory.is_run(source):
+            return None
+        cure = "for the scene, work in another folder or rename the run"
+        return f"{source}: the run directory {source}, not the shipped scene of this name; {cure}"
 
     def branch(self, scene: Scene, path: Path | None = None, *, force: bool = False) -> RunDirectory:
         """A new run that goes on from this one's tied knot with other steps or effects.
