@@ -101,6 +101,9 @@ class Run(RunData):
             InputError: no state is stored, or none near it.
         """
         if not self.states:
+            if self.scene.output.fields:
+                expected = "a run that has stored a state; knotfem resume goes on with this one"
+                raise InputError("no state was stored before the run ended", file=self.path, expected=expected)
             raise InputError("no state is stored", file=self.path, expected="a run with output.fields = true")
         if at is None:
             return self.states[-1]
