@@ -81,7 +81,7 @@ class Comparison:
         if self.state is not None:
             at, labels = self.state.displacements, [curve.label for curve in self.curves]
             profiles = dict(zip(labels, self.state.profiles, strict=True))
-            told = {"over_force": self.state.over_force, "at": at and at[0], "step": self.state.step}
+            told = {"over_force": self.state.over_force, "at": at, "step": self.state.step}
         radius = 0.5 * self.curves[0].run.scene.diameter
         plot_comparison(forces, profiles, out, radius=radius, locking=self.locking, **told)
 
