@@ -455,7 +455,6 @@ class Nothing(kf.Term):
         ([None], "terms: no term"),
         ([Nothing], "terms: no term"),
         ([lambda model: 3.0], "terms: no term"),
-        ([Nothing(), Nothing()], "terms: used twice; found nothing"),
         ([Nothing()], "terms: assemble returns nothing"),
     ],
 )

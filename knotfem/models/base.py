@@ -147,7 +147,7 @@ def made_terms(model: Model, additions: Additions) -> list[Term]:
     """Terms of the user's own.
 
     Raises:
-        InputError: what was passed is no term and makes none, or a name is missing or used twice.
+        InputError: what was passed is no term and makes none, or a name is missing.
     """
     made: list[Term] = []
     for given in additions.terms:
@@ -157,8 +157,6 @@ def made_terms(model: Model, additions: Additions) -> list[Term]:
             raise InputError("no term", key="terms", found=repr(term), expected=expected)
         if not term.name:
             raise InputError("no name", key="terms", found=type(term).__name__, expected="a name of its own")
-        if any(other.name == term.name for other in made):
-            raise InputError("used twice", key="terms", found=term.name, expected="a name of its own")
         made.append(term)
     return made
 
