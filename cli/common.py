@@ -79,10 +79,12 @@ class Verb(click.Command):
 
 
 def _in_options(error: KnotfemError) -> str:
-    """The message, in which the place of overrides has the name of their option."""
-    if isinstance(error, InputError) and error.file == OVERRIDES:
-        error = InputError(error.problem, file="--set", key=error.key, found=error.found, expected=error.expected)
-    return str(error)
+    """The message, in which overrides and the argument `at` have the names of their options."""
+    if not isinstance(error, InputError):
+        return str(error)
+    file = "--set" if error.file == OVERRIDES else error.file
+    key = "--at" if error.key == "at" else error.key
+    return str(InputError(error.problem, file=file, key=key, found=error.found, expected=error.expected))
 
 
 def with_model(

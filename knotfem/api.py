@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from knotfem.errors import InputError, KnotfemError
-from knotfem.models.base import Additions, Obstacle, TermMaker
+from knotfem.models.base import Additions, Obstacle, TermMaker, no_term
 from knotfem.models.series import Fields
 from knotfem.results.data import MemoryRun, open_run
 from knotfem.results.figures import RunFigures
@@ -241,10 +241,7 @@ def _additions(
             raise InputError("not a list", key=kind, found=type(objects).__name__, expected=f"a list, {kind}=[...]")
     for term in terms:
         if isinstance(term, type) or not (isinstance(term, Term) or callable(term)):
-            found = term.__name__ if isinstance(term, type) else repr(term)
-            raise InputError(
-                "no term", key="terms", found=found, expected="a knotfem.Term, or a function that makes one"
-            )
+            raise no_term(term)
     for obstacle in obstacles:
         if not isinstance(obstacle, Obstacle):
             raise InputError("no obstacle", key="obstacles", found=repr(obstacle), expected="a knotfem.Obstacle")

@@ -22,7 +22,7 @@ from knotfem.contact.surface import PairView
 from knotfem.contact.tube import TubeRoom, TubeView, stencil, surface_point, tube_normal, tube_room
 from knotfem.contact.tube_pairs import PAD, TubePairRoom, tube_pair_geometry, tube_pair_room
 from knotfem.geometry.rotation import dot
-from knotfem.sparse.scatter import MatrixView, add_weighted
+from knotfem.sparse.scatter import MatrixView, add_blocks
 
 
 @kernel(error_model="numpy")
@@ -107,7 +107,7 @@ def _assemble(
     """Residual and tangent of the friction of all pairs. False where a block lies outside the pattern."""
     room, anchor = tube_pair_room(), tube_room()
     e, T, D = np.empty(3), np.empty(3), np.empty((36, 3, 3))
-    rows, weights, columns = np.empty(24, np.int64), np.empty(24), np.empty(36, np.int64)
+    rows, columns, block = np.empty(24, np.int64), np.empty(36, np.int64), np.empty((72, 108))
     for k in range(pairs.sample.size):
         friction.slip[k] = 0.0
         for i in range(3):
@@ -135,9 +135,14 @@ def _assemble(
         _traction_rates(room, anchor, e, g, (limit, friction.mu[k] * carried * slope), friction.stick, D)
         for a in range(12):
             rows[a], rows[12 + a] = room.nodes[a], anchor.nodes[a]
-            weights[a], weights[12 + a] = room.B[a], -anchor.W[0, a]
             columns[a], columns[12 + a], columns[24 + a] = room.nodes[a], room.nodes[12 + a], anchor.nodes[a]
-        if not add_weighted(matrix, rows, weights, columns, D):
+        for a in range(24):
+            weight = room.B[a] if a < 12 else -anchor.W[0, a - 12]
+            for c in range(36):
+                for i in range(3):
+                    for j in range(3):
+                        block[3 * a + i, 3 * c + j] = weight * D[c, i, j]
+        if not add_blocks(matrix, rows, columns, block):
             return False
     return True
 

@@ -143,6 +143,12 @@ class Additions:
         return not (self.terms or self.obstacles or self.materials)
 
 
+def no_term(given: object) -> InputError:
+    """The error for what was passed in place of a term."""
+    found = given.__name__ if isinstance(given, type) else repr(given)
+    return InputError("no term", key="terms", found=found, expected="a knotfem.Term, or a function that makes one")
+
+
 def made_terms(model: Model, additions: Additions) -> list[Term]:
     """Terms of the user's own.
 
@@ -153,8 +159,7 @@ def made_terms(model: Model, additions: Additions) -> list[Term]:
     for given in additions.terms:
         term = given(model) if callable(given) else given
         if not isinstance(term, Term):
-            expected = "a knotfem.Term, or a function that makes one"
-            raise InputError("no term", key="terms", found=repr(term), expected=expected)
+            raise no_term(term)
         if not term.name:
             raise InputError("no name", key="terms", found=type(term).__name__, expected="a name of its own")
         made.append(term)

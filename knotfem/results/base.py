@@ -11,10 +11,10 @@ from knotfem.scene.model import Scene
 from knotfem.types import Arrays
 
 
-def displacement_of(at: float | str) -> float:
-    """Displacement [mm] given as a number or as a text such as "60 mm"."""
+def displacement_of(at: float | str | None) -> float | None:
+    """Displacement [mm] given as a number or as a text such as "60 mm"; None for none."""
     if not isinstance(at, str):
-        return float(at)
+        return at
     from knotfem.scene.quantity import LENGTH, parse_quantity
 
     return parse_quantity(at, LENGTH, "at")

@@ -73,7 +73,7 @@ class Run(RunData):
         Raises:
             InputError: nothing is stored near it.
         """
-        return self.stored.profile(None if at is None else displacement_of(at))
+        return self.stored.profile(displacement_of(at))
 
     def contacts(self, at: float | str | None = None) -> Arrays:
         """Samples in contact in a stored state: columns of contacts.csv.
@@ -81,7 +81,7 @@ class Run(RunData):
         Args:
             at: see `tension`.
         """
-        time, _ = self.stored.nearest(None if at is None else displacement_of(at))
+        time, _ = self.stored.nearest(displacement_of(at))
         table = self.table("contacts")
         rows = table["time_s"] == time if table else np.zeros(0, dtype=bool)
         return {name: values[rows] for name, values in table.items()}
@@ -107,7 +107,7 @@ class Run(RunData):
             raise InputError("no state is stored", file=self.path, expected="a run with output.fields = true")
         if at is None:
             return self.states[-1]
-        time, _ = self.stored.nearest(None if at is None else displacement_of(at))
+        time, _ = self.stored.nearest(displacement_of(at))
         return min(self.states, key=lambda state: abs(state.time - time))
 
     @property
