@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from knotfem.errors import KnotfemError
+from knotfem.errors import OVERRIDES, InputError, KnotfemError
 
 if TYPE_CHECKING:
     from knotfem.results.run import Run
@@ -70,11 +70,21 @@ class Verb(click.Command):
         try:
             return super().invoke(ctx)
         except KnotfemError as error:
+            said = _in_options(error)
             if ctx.params.get("log_format") == "json":
-                click.echo(json.dumps({"error": str(error), "exit_code": error.exit_code}), err=True)
+                click.echo(json.dumps({"error": said, "exit_code": error.exit_code}), err=True)
             else:
-                click.echo(f"knotfem: {error}", err=True)
+                click.echo(f"knotfem: {said}", err=True)
             ctx.exit(error.exit_code)
+
+
+def _in_options(error: KnotfemError) -> str:
+    """The message, in which overrides and the argument `at` have the names of their options."""
+    if not isinstance(error, InputError):
+        return str(error)
+    file = "--set" if error.file == OVERRIDES else error.file
+    key = "--at" if error.key == "at" else error.key
+    return str(InputError(error.problem, file=file, key=key, found=error.found, expected=error.expected))
 
 
 def with_model(

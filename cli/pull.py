@@ -48,7 +48,8 @@ def pull(
     """Pull the knot: force against displacement. Ties first what is not tied yet.
 
     A RUN goes on in its own directory or, with -o, as another run from the same tied knot, then with other steps,
-    friction or effects if --set says so. Prints the run directory.
+    friction or effects if --set says so. A name that is both a run in the working directory and a shipped scene means
+    the run. Prints the run directory.
 
     \b
     Example:
@@ -58,13 +59,24 @@ def pull(
       knotfem pull bowline --accuracy 2%
       knotfem pull bowline --model rod
     """
+    from knotfem.run.directory import RunDirectory
+
     chosen, progress = with_model(overrides, model, from_run, last), progress_of(quiet, log_format)
     if accuracy is not None:
         from knotfem.study.accuracy import accurate_overrides
 
         chosen, says = accurate_overrides(source, chosen, accuracy)
         progress.message(says)
-    run = kf.pull(source, chosen, out=_folder(source, output), force=force, progress=progress)
+    shadowed = RunDirectory.shadowed(source)
+    if shadowed is not None:
+        progress.message(shadowed)
+    run = kf.pull(
+        source if shadowed is None else Path(source),
+        chosen,
+        out=_folder(source, output),
+        force=force,
+        progress=progress,
+    )
     show_run(run, quiet, log_format)
 
 

@@ -21,14 +21,23 @@ from knotfem.version import __version__
 if TYPE_CHECKING:
     from knotfem.api import pull, resume, steps, tie
     from knotfem.contact.rigid import Foot, RigidSurface
-    from knotfem.errors import InputError, Interrupted, KnotfemError, KnotLost, NotConverged, Stopped
+    from knotfem.errors import (
+        InputError,
+        Interrupted,
+        KnotfemError,
+        KnotLost,
+        MissingDependency,
+        NotConverged,
+        Stopped,
+    )
     from knotfem.models.base import Obstacle
     from knotfem.models.material import Material
-    from knotfem.results.compare import compare
+    from knotfem.results.compare import Comparison, compare
     from knotfem.results.data import open_run
     from knotfem.results.export import export
     from knotfem.results.run import Run
     from knotfem.run.check import check
+    from knotfem.run.simulation import TimeStepDone
     from knotfem.scene.load import load_scene
     from knotfem.scene.model import Scene
     from knotfem.solver.term import Role, Term, TimeStep
@@ -44,15 +53,18 @@ _PLACES = {
     "Interrupted": "knotfem.errors",
     "KnotLost": "knotfem.errors",
     "KnotfemError": "knotfem.errors",
+    "MissingDependency": "knotfem.errors",
     "NotConverged": "knotfem.errors",
     "Stopped": "knotfem.errors",
     "Material": "knotfem.models.material",
     "Obstacle": "knotfem.models.base",
+    "Comparison": "knotfem.results.compare",
     "compare": "knotfem.results.compare",
     "open_run": "knotfem.results.data",
     "export": "knotfem.results.export",
     "Run": "knotfem.results.run",
     "check": "knotfem.run.check",
+    "TimeStepDone": "knotfem.run.simulation",
     "Scene": "knotfem.scene.model",
     "load_scene": "knotfem.scene.load",
     "Role": "knotfem.solver.term",
@@ -61,9 +73,9 @@ _PLACES = {
 }
 
 __all__ = [
-    "Foot", "InputError", "Interrupted", "KnotLost", "KnotfemError", "Material", "NotConverged", "Obstacle",
-    "RigidSurface", "Role", "Run", "Scene", "Stopped", "Term", "TimeStep", "__version__", "check", "compare", "export",
-    "load_scene", "open_run", "pull", "resume", "steps", "tie",
+    "Comparison", "Foot", "InputError", "Interrupted", "KnotLost", "KnotfemError", "Material", "MissingDependency",
+    "NotConverged", "Obstacle", "RigidSurface", "Role", "Run", "Scene", "Stopped", "Term", "TimeStep", "TimeStepDone",
+    "__version__", "check", "compare", "export", "load_scene", "open_run", "pull", "resume", "steps", "tie",
 ]  # fmt: skip
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from knotfem.errors import InputError, KnotfemError
-from knotfem.models.base import Additions, Obstacle, TermMaker
+from knotfem.models.base import Additions, Obstacle, TermMaker, no_term
 from knotfem.models.series import Fields
 from knotfem.results.data import MemoryRun, open_run
 from knotfem.results.figures import RunFigures
@@ -29,6 +29,7 @@ from knotfem.scene.load import Overrides, load_scene
 from knotfem.scene.model import Scene
 from knotfem.shipped import scene_names
 from knotfem.solver.nonlinear.newton import Interrupt
+from knotfem.solver.term import Term
 
 Out = str | Path | bool | None
 """Folder of a run; True for runs/SCENE-N with the first free N; None or False for none."""
@@ -235,6 +236,15 @@ def _run_on_disk(directory: RunDirectory, goal: str, additions: Additions, progr
 def _additions(
     terms: Sequence[TermMaker], obstacles: Sequence[Obstacle], materials: Mapping[str, Any] | None
 ) -> Additions:
+    for kind, objects in (("terms", terms), ("obstacles", obstacles)):
+        if isinstance(objects, str) or not isinstance(objects, Sequence):
+            raise InputError("not a list", key=kind, found=type(objects).__name__, expected=f"a list, {kind}=[...]")
+    for term in terms:
+        if isinstance(term, type) or not (isinstance(term, Term) or callable(term)):
+            raise no_term(term)
+    for obstacle in obstacles:
+        if not isinstance(obstacle, Obstacle):
+            raise InputError("no obstacle", key="obstacles", found=repr(obstacle), expected="a knotfem.Obstacle")
     return Additions(terms, obstacles, dict(materials or {}))
 
 

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+OVERRIDES = "overrides"
+"""The place of an error in overrides of a scene's keys; the command line calls it by its option."""
+
 
 class KnotfemError(Exception):
     """Base of all errors that carry a message for the user.

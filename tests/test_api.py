@@ -6,6 +6,7 @@ import logging
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -423,3 +424,40 @@ def test_everything_that_is_offered_is_there() -> None:
     assert all(getattr(kf, name) is not None for name in kf.__all__)
     with pytest.raises(AttributeError, match="no attribute 'push'"):
         _ = kf.push
+
+
+def test_a_force_outside_the_curve_is_refused():
+    run = kf.pull("crossed-rods", {"model": "rod", "steps.pull.displacement": "1 mm", "output.fields": False})
+    with pytest.raises(kf.InputError, match="outside the curve"):
+        run.force.at(1.5)
+    with pytest.raises(kf.InputError, match="outside the curve"):
+        run.force.at(np.array([0.5, np.nan]))
+    assert run.force.at("1 mm") == run.force.at(1.0) == run.force.force[-1]
+    assert "crossed-rods" in repr(run.force)
+    assert len(repr(run.tension())) < 120
+
+
+class Nothing(kf.Term):
+    """Forgets what `assemble` returns."""
+
+    name, role = "nothing", kf.Role.LOAD
+
+    def assemble(self, x: np.ndarray, residual: np.ndarray, matrix: Matrix | None) -> Any:
+        """See `knotfem.Term`."""
+
+
+@pytest.mark.parametrize(
+    ("terms", "message"),
+    [
+        (Nothing(), "terms: not a list"),
+        ("x", "terms: not a list"),
+        (["x"], "terms: no term"),
+        ([None], "terms: no term"),
+        ([Nothing], "terms: no term"),
+        ([lambda model: 3.0], "terms: no term"),
+        ([Nothing()], "terms: assemble returns nothing"),
+    ],
+)
+def test_what_is_no_term_is_refused(terms, message):
+    with pytest.raises(kf.InputError, match=message):
+        kf.pull("cantilever", {"model": "rod", "output.fields": False}, terms=terms)

@@ -14,8 +14,6 @@ from knotfem.compiled import kernel
 from knotfem.contact.samples import SampleView
 from knotfem.contact.surface import Stations, Surface
 
-PLACES_PER_SAMPLE = 4
-"""Room for places where closest points are sought, to begin with; strands in a bundle have more."""
 TWINS = 1e-6
 """Closest points nearer to each other than this, in segments, are one."""
 
@@ -85,17 +83,13 @@ def _find_candidates(x: np.ndarray, stations: Stations, cutoff: float, neighbour
     return total
 
 
-@kernel
-def _listed(candidates: np.ndarray, sample_start: np.ndarray, out: np.ndarray) -> int:
-    """Sample, rod and station of the rod of all that is to be sought, into out, shape [capacity, 3]; their number."""
-    total = 0
-    for c in range(candidates.shape[0]):
-        station, rod, near = candidates[c]
-        for s in range(sample_start[station], sample_start[station + 1]):
-            if total < out.shape[0]:
-                out[total, 0], out[total, 1], out[total, 2] = s, rod, near
-            total += 1
-    return total
+def _sought(candidates: np.ndarray, sample_start: np.ndarray) -> np.ndarray:
+    """Sample, rod, and station of the rod, of each sample of each candidate, shape [n, 3]."""
+    station, rod, near = candidates.T
+    first, counts = sample_start[station], sample_start[station + 1] - sample_start[station]
+    candidate = np.repeat(np.arange(len(candidates)), counts)
+    within = np.arange(len(candidate)) - np.repeat(np.cumsum(counts) - counts, counts)
+    return np.stack([first[candidate] + within, rod[candidate], near[candidate]], axis=1)
 
 
 @kernel
@@ -156,11 +150,7 @@ def find_pairs(
 
     (near,) = grown(candidates, 4 * stations.node.size)
 
-    def listed(capacity: int) -> tuple[int, tuple[np.ndarray, ...]]:
-        out = np.empty((capacity, 3), dtype=np.int64)
-        return _listed(near, sample_start, out), (out,)
-
-    (sought,) = grown(listed, PLACES_PER_SAMPLE * len(points))
+    sought = _sought(near, sample_start)
     gap, at = surface.seek(x, samples, points, sought, cutoff)
     sample, rod = sought[:, 0], sought[:, 1]
     arc = np.abs(at[:, 0] - samples.at[sample, 0]) * stations.spacing[rod]

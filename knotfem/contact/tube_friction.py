@@ -22,7 +22,7 @@ from knotfem.contact.surface import PairView
 from knotfem.contact.tube import TubeRoom, TubeView, stencil, surface_point, tube_normal, tube_room
 from knotfem.contact.tube_pairs import PAD, TubePairRoom, tube_pair_geometry, tube_pair_room
 from knotfem.geometry.rotation import dot
-from knotfem.sparse.scatter import MatrixView, add_block
+from knotfem.sparse.scatter import MatrixView, add_blocks
 
 
 @kernel(error_model="numpy")
@@ -100,22 +100,6 @@ def _traction_rates(
 
 
 @kernel(error_model="numpy")
-def _add_tangent(matrix: MatrixView, room: TubePairRoom, anchor: TubeRoom, D: np.ndarray) -> bool:
-    block = room.block
-    for a in range(24):
-        row = room.nodes[a] if a < 12 else anchor.nodes[a - 12]
-        weight = room.B[a] if a < 12 else -anchor.W[0, a - 12]
-        for c in range(36):
-            column = room.nodes[c] if c < 24 else anchor.nodes[c - 24]
-            for i in range(3):
-                for j in range(3):
-                    block[i, j] = weight * D[c, i, j]
-            if not add_block(matrix, row, column, block, 0, 0):
-                return False
-    return True
-
-
-@kernel(error_model="numpy")
 def _assemble(
     x: np.ndarray, tubes: TubeView, samples: SampleView, points: np.ndarray, pairs: PairView, friction: AnchorView,
     residual: np.ndarray, matrix: MatrixView,
@@ -123,6 +107,7 @@ def _assemble(
     """Residual and tangent of the friction of all pairs. False where a block lies outside the pattern."""
     room, anchor = tube_pair_room(), tube_room()
     e, T, D = np.empty(3), np.empty(3), np.empty((36, 3, 3))
+    rows, columns, block = np.empty(24, np.int64), np.empty(36, np.int64), np.empty((72, 108))
     for k in range(pairs.sample.size):
         friction.slip[k] = 0.0
         for i in range(3):
@@ -148,7 +133,16 @@ def _assemble(
         if not matrix.wanted:
             continue
         _traction_rates(room, anchor, e, g, (limit, friction.mu[k] * carried * slope), friction.stick, D)
-        if not _add_tangent(matrix, room, anchor, D):
+        for a in range(12):
+            rows[a], rows[12 + a] = room.nodes[a], anchor.nodes[a]
+            columns[a], columns[12 + a], columns[24 + a] = room.nodes[a], room.nodes[12 + a], anchor.nodes[a]
+        for a in range(24):
+            weight = room.B[a] if a < 12 else -anchor.W[0, a - 12]
+            for c in range(36):
+                for i in range(3):
+                    for j in range(3):
+                        block[3 * a + i, 3 * c + j] = weight * D[c, i, j]
+        if not add_blocks(matrix, rows, columns, block):
             return False
     return True
 

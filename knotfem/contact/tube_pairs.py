@@ -23,7 +23,7 @@ from knotfem.contact.samples import Samples, SampleView
 from knotfem.contact.surface import PairView, SearchLimits, Stations, Target
 from knotfem.contact.tube import TubeRoom, Tubes, TubeView, project, stencil, surface_point, tube_normal, tube_room
 from knotfem.geometry.rotation import dot
-from knotfem.sparse.scatter import MatrixView, add_block
+from knotfem.sparse.scatter import MatrixView, add_blocks
 
 LIMITS = SearchLimits(gap=0.3, stale=0.117)
 """0.9 mm and 0.35 mm for a rod of 6 mm."""
@@ -44,7 +44,7 @@ class TubePairRoom(NamedTuple):
         Bd: of its two tangents, shape [2, 24].
         forms: A, kappa and H^-1, each as 11, 12, 22; shape [3, 3].
         T0, T1, T2: parts of the tangent, shapes [3, 3], [2, 3, 3], [2, 2].
-        block: of two nodes, shape [3, 3].
+        block: tangent of the pair, shape [72, 72].
     """
 
     point: TubeRoom
@@ -63,7 +63,7 @@ def tube_pair_room() -> TubePairRoom:
     """Work space for one pair."""
     return TubePairRoom(
         tube_room(), np.empty(24, np.int64), np.empty(24), np.empty((2, 24)), np.empty((3, 3)), np.empty((3, 3)),
-        np.empty((2, 3, 3)), np.empty((2, 2)), np.empty((3, 3)),
+        np.empty((2, 3, 3)), np.empty((2, 2)), np.empty((72, 72)),
     )  # fmt: skip
 
 
@@ -195,9 +195,10 @@ def _add_tangent(matrix: MatrixView, room: TubePairRoom) -> bool:
     nodes, n, B, Bd, T0, T1, T2, block = (
         room.nodes, room.point.n, room.B, room.Bd, room.T0, room.T1, room.T2, room.block
     )  # fmt: skip
+    upper = matrix.upper
     for a in range(24):
         for b in range(24):
-            if matrix.upper and nodes[b] < nodes[a]:
+            if upper and nodes[b] < nodes[a]:
                 continue
             bb = B[a] * B[b]
             b0, b1 = B[a] * Bd[0, b], B[a] * Bd[1, b]
@@ -208,7 +209,7 @@ def _add_tangent(matrix: MatrixView, room: TubePairRoom) -> bool:
             )  # fmt: skip
             for i in range(3):
                 for j in range(3):
-                    block[i, j] = (
+                    block[3 * a + i, 3 * b + j] = (
                         bb * T0[i, j]
                         + b0 * T1[0, i, j]
                         + b1 * T1[1, i, j]
@@ -216,9 +217,7 @@ def _add_tangent(matrix: MatrixView, room: TubePairRoom) -> bool:
                         + d1 * T1[1, j, i]
                         + nn * n[i] * n[j]
                     )
-            if not add_block(matrix, nodes[a], nodes[b], block, 0, 0):
-                return False
-    return True
+    return add_blocks(matrix, nodes, nodes, block)
 
 
 @kernel(error_model="numpy")

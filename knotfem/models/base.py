@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from knotfem.contact.report import ContactReport
+from knotfem.errors import InputError
 from knotfem.models.centreline import Centreline
 from knotfem.models.material import Material
 from knotfem.models.series import Fields, SeriesMesh
@@ -140,6 +141,29 @@ class Additions:
     def empty(self) -> bool:
         """Whether there are none."""
         return not (self.terms or self.obstacles or self.materials)
+
+
+def no_term(given: object) -> InputError:
+    """The error for what was passed in place of a term."""
+    found = given.__name__ if isinstance(given, type) else repr(given)
+    return InputError("no term", key="terms", found=found, expected="a knotfem.Term, or a function that makes one")
+
+
+def made_terms(model: Model, additions: Additions) -> list[Term]:
+    """Terms of the user's own.
+
+    Raises:
+        InputError: what was passed is no term and makes none, or a name is missing.
+    """
+    made: list[Term] = []
+    for given in additions.terms:
+        term = given(model) if callable(given) else given
+        if not isinstance(term, Term):
+            raise no_term(term)
+        if not term.name:
+            raise InputError("no name", key="terms", found=type(term).__name__, expected="a name of its own")
+        made.append(term)
+    return made
 
 
 class Model(ABC):

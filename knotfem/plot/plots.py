@@ -64,7 +64,7 @@ def plot_comparison(
     radius: float,
     locking: float | None = None,
     over_force: bool = True,
-    at: float | None = None,
+    at: Sequence[float] | None = None,
     step: str | None = None,
 ) -> None:
     """Draw the force curves of several runs over each other, and beside them their tension profiles.
@@ -78,7 +78,7 @@ def plot_comparison(
         radius: radius of the rod in mm.
         locking: displacement in mm at which the knot begins to lock, drawn dashed.
         over_force: whether tension is T/F instead of T in N.
-        at: displacement in mm of the profiles.
+        at: displacement in mm of each run's profile.
         step: at whose end the profiles are.
 
     Raises:
@@ -88,11 +88,13 @@ def plot_comparison(
         if forces:
             _draw_force(panels[0], forces, radius)
             if locking is not None:
-                panels[0].axvline(locking / radius, color="0.5", lw=0.8, ls="--")
+                panels[0].axvline(locking / radius, color="0.5", lw=0.8, ls="--", label="begins to lock")
+                _legend(panels[0])
         if profiles:
             _draw_profiles(panels[-1], profiles, named=not forces)
             panels[-1].set_ylabel(r"tension $T / F$" if over_force else r"tension $T$ (N)")
-            heading = rf"$\delta = {at:.4g}$ mm" if at is not None else f"end of {step}" if step else ""
+            places = ", ".join(dict.fromkeys(f"{place:.4g}" for place in at or ()))
+            heading = rf"$\delta = {places}$ mm" if places else f"end of {step}" if step else ""
             panels[-1].set_title(heading, fontsize=9)
 
 

@@ -6,8 +6,31 @@ from abc import ABC, abstractmethod
 from pathlib import Path
 from typing import Any
 
+from knotfem.errors import MissingDependency
 from knotfem.scene.model import Scene
 from knotfem.types import Arrays
+
+
+def displacement_of(at: float | str | None) -> float | None:
+    """Displacement [mm] given as a number or as a text such as "60 mm"; None for none."""
+    if not isinstance(at, str):
+        return at
+    from knotfem.scene.quantity import LENGTH, parse_quantity
+
+    return parse_quantity(at, LENGTH, "at")
+
+
+def frame_of(columns: Arrays) -> object:
+    """Columns as a pandas DataFrame.
+
+    Raises:
+        MissingDependency: pandas is not installed.
+    """
+    try:
+        import pandas as pd  # pyright: ignore[reportMissingImports]
+    except ImportError:
+        raise MissingDependency("pandas is missing; cure: pip install pandas") from None
+    return pd.DataFrame(dict(columns))
 
 
 class RunData(ABC):

@@ -54,12 +54,16 @@ class Comparison:
     locking: float | None
     state: CommonState | None
 
-    def write(self, out: Path) -> Path:
+    def __repr__(self) -> str:
+        return f"<comparison of {', '.join(curve.label for curve in self.curves)}>"
+
+    def write(self, out: str | Path) -> Path:
         """Draw the picture, and write the figures into a CSV table beside it, whose file is returned.
 
         Raises:
             InputError: one of them cannot be written.
         """
+        out = Path(out)
         self._draw(out)
         table = out.with_suffix(".csv")
         columns = {"figure": [f.name for f in self.figures], "unit": [f.unit for f in self.figures]}
@@ -77,7 +81,7 @@ class Comparison:
         if self.state is not None:
             at, labels = self.state.displacements, [curve.label for curve in self.curves]
             profiles = dict(zip(labels, self.state.profiles, strict=True))
-            told = {"over_force": self.state.over_force, "at": at and at[0], "step": self.state.step}
+            told = {"over_force": self.state.over_force, "at": at, "step": self.state.step}
         radius = 0.5 * self.curves[0].run.scene.diameter
         plot_comparison(forces, profiles, out, radius=radius, locking=self.locking, **told)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,8 @@ from knotfem.run.tables import read_table
 from knotfem.scene.load import Overrides
 from knotfem.scene.model import Scene
 from knotfem.types import Arrays
+
+_LOG = logging.getLogger("knotfem")
 
 
 class DiskRun(Run):
@@ -136,6 +139,8 @@ class MemoryRun(Run):
 def open_run(path: str | Path, overrides: Overrides = ()) -> Run:
     """The results in a run directory.
 
+    A warning of the log "knotfem" tells of a name, not of a Path, that is a shipped scene's too.
+
     Args:
         path: the folder.
         overrides: changes of keys under solver and output with which it is to go on.
@@ -144,6 +149,9 @@ def open_run(path: str | Path, overrides: Overrides = ()) -> Run:
         InputError: no run is there, or an override of something else.
     """
     directory = RunDirectory.open(path)
+    shadowed = RunDirectory.shadowed(path) if isinstance(path, str) else None
+    if shadowed is not None:
+        _LOG.warning(shadowed)
     if overrides:
         directory.override(overrides)
     return DiskRun(directory)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knotfem.errors import InputError, MissingDependency
-from knotfem.results.base import RunData
+from knotfem.errors import InputError
+from knotfem.results.base import RunData, displacement_of, frame_of
 from knotfem.scene.steps import Pull
 
 if TYPE_CHECKING:
@@ -40,9 +40,29 @@ class ForceCurve:
     spans: dict[str, tuple[float, float, float]]
     unbalanced: list[tuple[float, float]] = field(default_factory=list)
 
-    def at(self, displacement: np.ndarray | float) -> np.ndarray:
-        """Force at displacements within the curve [N]."""
-        return np.asarray(np.interp(displacement, self.displacement, self.force))
+    def at(self, displacement: np.ndarray | float | str) -> np.ndarray:
+        """Force at displacements within the curve [N].
+
+        Args:
+            displacement: [mm], of any shape, or a text such as "60 mm".
+
+        Raises:
+            InputError: the curve does not reach there.
+        """
+        wanted = np.asarray(displacement_of(displacement) if isinstance(displacement, str) else displacement)
+        if not self.displacement.size:
+            raise InputError("nothing was pulled", file=self.run.path, key="at", expected="a run with a pull")
+        first, last = float(self.displacement[0]), float(self.displacement[-1])
+        slack = 1e-6 * max(1.0, last)
+        outside = (wanted < first - slack) | (wanted > last + slack) | np.isnan(wanted)
+        if outside.any():
+            found, expected = f"{float(wanted[outside].flat[0]):g} mm", f"{first:.4g} to {last:.4g} mm"
+            raise InputError("outside the curve", file=self.run.path, key="at", found=found, expected=expected)
+        return np.asarray(np.interp(wanted, self.displacement, self.force))
+
+    def __repr__(self) -> str:
+        reach = f"{self.displacement[0]:g} to {self.displacement[-1]:g} mm" if self.displacement.size else "no pull"
+        return f"<force curve of {self.label!r}, {self.displacement.size} states, {reach}>"
 
     def plot(self, axes: Axes | None = None, **line: object) -> Axes:
         """Force [N] against displacement [mm]."""
@@ -62,11 +82,7 @@ class ForceCurve:
         Raises:
             MissingDependency: pandas is not installed.
         """
-        try:
-            import pandas as pd  # pyright: ignore[reportMissingImports]
-        except ImportError:
-            raise MissingDependency("pandas is missing; cure: pip install pandas") from None
-        return pd.DataFrame({"displacement_mm": self.displacement, "force_N": self.force})
+        return frame_of({"displacement_mm": self.displacement, "force_N": self.force})
 
 
 def force_curve(run: RunData, label: str | None = None) -> ForceCurve:

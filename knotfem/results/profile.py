@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knotfem.errors import InputError
-from knotfem.results.base import RunData
+from knotfem.results.base import RunData, frame_of
 from knotfem.types import Arrays
 
 if TYPE_CHECKING:
@@ -33,6 +33,9 @@ class TensionProfile:
     time: float
     displacement: float
 
+    def __repr__(self) -> str:
+        return f"<tension profile at {self.displacement:g} mm, {len(self.tension)} sections of {', '.join(self.rods)}>"
+
     @property
     def arclength(self) -> np.ndarray:
         """From the start of each rod [mm], shape [sections of all rods]."""
@@ -54,6 +57,14 @@ class TensionProfile:
             return self
         rows = self.table["rod"] == rod
         return TensionProfile({k: v[rows] for k, v in self.table.items()}, self.time, self.displacement)
+
+    def to_pandas(self) -> object:
+        """A pandas DataFrame with the columns of tension.csv.
+
+        Raises:
+            MissingDependency: pandas is not installed.
+        """
+        return frame_of(self.table)
 
     def plot(self, axes: Axes | None = None, **line: object) -> Axes:
         """Tension [N] against arclength [mm], a line for each rod."""
@@ -106,7 +117,7 @@ class StoredStates:
             raise InputError(
                 "no state is stored near this displacement",
                 file=self.path,
-                key="--at",
+                key="at",
                 found=f"{at:g} mm",
                 expected=f"{self.displacements.min():g} to {self.displacements.max():g} mm",
             )

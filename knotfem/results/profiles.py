@@ -117,7 +117,7 @@ def _at_displacement(curves: Sequence[ForceCurve], states: Sequence[StoredStates
         if abs(nearest - wanted) > max(0.5 * spacing, 1e-6 * max(1.0, abs(wanted))):
             expected = f"{places.min():g} to {places.max():g} mm" if places.size else "a run with a pull"
             problem = "no tension is stored near this displacement"
-            raise InputError(problem, file=curve.run.path, key="--at", found=f"{wanted:g} mm", expected=expected)
+            raise InputError(problem, file=curve.run.path, key="at", found=f"{wanted:g} mm", expected=expected)
         displacements.append(nearest)
         times.append(times_at[nearest])
     forces = [float(curve.at(d)) for curve, d in zip(curves, displacements, strict=True)]

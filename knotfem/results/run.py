@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from knotfem.errors import InputError
-from knotfem.results.base import RunData
+from knotfem.results.base import RunData, displacement_of
 from knotfem.results.force import ForceCurve, force_curve
 from knotfem.results.profile import StoredStates, TensionProfile, stored_states
 from knotfem.results.states import RunState
@@ -73,7 +73,7 @@ class Run(RunData):
         Raises:
             InputError: nothing is stored near it.
         """
-        return self.stored.profile(_length(at))
+        return self.stored.profile(displacement_of(at))
 
     def contacts(self, at: float | str | None = None) -> Arrays:
         """Samples in contact in a stored state: columns of contacts.csv.
@@ -81,7 +81,7 @@ class Run(RunData):
         Args:
             at: see `tension`.
         """
-        time, _ = self.stored.nearest(_length(at))
+        time, _ = self.stored.nearest(displacement_of(at))
         table = self.table("contacts")
         rows = table["time_s"] == time if table else np.zeros(0, dtype=bool)
         return {name: values[rows] for name, values in table.items()}
@@ -101,10 +101,13 @@ class Run(RunData):
             InputError: no state is stored, or none near it.
         """
         if not self.states:
+            if self.scene.output.fields:
+                expected = "a run that has stored a state; knotfem resume goes on with this one"
+                raise InputError("no state was stored before the run ended", file=self.path, expected=expected)
             raise InputError("no state is stored", file=self.path, expected="a run with output.fields = true")
         if at is None:
             return self.states[-1]
-        time, _ = self.stored.nearest(_length(at))
+        time, _ = self.stored.nearest(displacement_of(at))
         return min(self.states, key=lambda state: abs(state.time - time))
 
     @property
@@ -212,11 +215,3 @@ class EnergyCurve:
         drawn.set_ylabel("energy [N mm]")
         drawn.legend()
         return drawn
-
-
-def _length(at: float | str | None) -> float | None:
-    if not isinstance(at, str):
-        return at
-    from knotfem.scene.quantity import LENGTH, parse_quantity
-
-    return parse_quantity(at, LENGTH, "at")

@@ -47,6 +47,9 @@ class RunCheckpoint:
     summary: dict[str, Any]
     rows: dict[str, int]
 
+    def __repr__(self) -> str:
+        return f"<checkpoint of a run with {sum(self.rows.values())} rows of tables>"
+
     @classmethod
     def of(cls, checkpoint: Checkpoint) -> RunCheckpoint:
         """From a file.

@@ -10,7 +10,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
-from knotfem.errors import InputError, cannot_write
+from knotfem.errors import OVERRIDES, InputError, cannot_write
 from knotfem.files import PART_SUFFIX, read_json, write_atomically, write_json
 from knotfem.run.checkpoint import CheckpointStore
 from knotfem.run.colours import COLOURS
@@ -18,6 +18,7 @@ from knotfem.run.provenance import timestamp
 from knotfem.scene.load import Overrides, load_scene
 from knotfem.scene.model import Scene
 from knotfem.scene.write import scene_to_toml
+from knotfem.shipped import scene_names
 
 State = Literal["running", "done", "failed", "stopped"]
 
@@ -99,6 +100,14 @@ class RunDirectory:
         """Whether a folder holds a run."""
         return (Path(path) / _SCENE).is_file()
 
+    @staticmethod
+    def shadowed(source: str | Path) -> str | None:
+        """A sentence for the user where a run hides the shipped scene of the same name, or None."""
+        if str(source) not in scene_names() or not RunDirectory.is_run(source):
+            return None
+        cure = "for the scene, work in another folder or rename the run"
+        return f"{source}: the run directory {source}, not the shipped scene of this name; {cure}"
+
     def branch(self, scene: Scene, path: Path | None = None, *, force: bool = False) -> RunDirectory:
         """A new run that goes on from this one's tied knot with other steps or effects.
 
@@ -154,7 +163,7 @@ class RunDirectory:
         for key in type(changed).model_fields:
             if key not in _SETTINGS and getattr(changed, key) != getattr(self.scene, key):
                 expected = f"{' or '.join(_SETTINGS)}: the rest of a run stays, start another with -o"
-                raise InputError("cannot change in a run", file="--set", key=key, expected=expected)
+                raise InputError("cannot change in a run", file=OVERRIDES, key=key, expected=expected)
         self.scene = changed
 
     @property

@@ -160,11 +160,13 @@ class Driver:
         self.progress, self.provenance, self.figures = progress, provenance, figures
         self.recorder = Recorder(simulation, DiskStore(run))
         self._fraction: float | None = 0.0
+        self._phase = simulation.phase
         self._told, self._saved = 0.0, time.monotonic()
 
     def where(self) -> dict[str, Any]:
         """For status.json."""
-        known = {} if self._fraction is None else {"fraction": self._fraction}
+        fraction = self._fraction if self.simulation.phase == self._phase else 0.0
+        known = {} if fraction is None else {"fraction": fraction}
         return {"phase": self.simulation.phase, "time_s": self.simulation.state.time, **known}
 
     def go(self) -> None:
@@ -192,6 +194,7 @@ class Driver:
             self._phase_done(event)
             return
         self.progress.step(report_of(event))
+        self._phase = self.simulation.phase
         if isinstance(event, Increment):
             self._fraction = event.mapping_time
             return

@@ -12,7 +12,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from knotfem import shipped
-from knotfem.errors import InputError, cannot_read
+from knotfem.errors import OVERRIDES, InputError, cannot_read
 from knotfem.scene.effects import Cylinder
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import CURVE_SUFFIXES, Rod
@@ -25,8 +25,8 @@ _NAMES = {"rods": Rod.model_fields["name"].default, "obstacles": Cylinder.model_
 _SPELLINGS = {"centreline": "centerline"}
 """Keys of a rod that may be spelt in two ways: as scenes may have them, and as a rod names them."""
 
-Overrides = Mapping[str, Any] | Sequence[str]
-"""Changes of scene keys: {"contact.friction": 0.37}, or texts such as "contact.friction=0.37"."""
+Overrides = Mapping[str, Any] | Sequence[str] | str
+"""Changes of scene keys: {"contact.friction": 0.37}, or texts such as "contact.friction=0.37", or one of them."""
 
 
 def load_scene(source: str | Path | Scene, overrides: Overrides = ()) -> Scene:
@@ -35,8 +35,8 @@ def load_scene(source: str | Path | Scene, overrides: Overrides = ()) -> Scene:
     Args:
         source: a shipped name, a TOML file, or a scene to be changed.
         overrides: values by `key.path`, entries of lists by index or name, such as {"rods.0.length": "500 mm",
-            "steps.pull.speed": "2 mm/s"}, None removing a key; or texts `key.path=value`, the value being TOML, or text
-            where it is not TOML, and the bare word none removing a key.
+            "steps.pull.speed": "2 mm/s"}, None removing a key; or texts `key.path=value` or a single one, the value
+            being TOML, or text where it is not TOML, and the bare word none removing a key.
 
     Raises:
         InputError: no such scene, broken TOML, or the first key that is wrong.
@@ -48,13 +48,12 @@ def load_scene(source: str | Path | Scene, overrides: Overrides = ()) -> Scene:
     changes = _changes(overrides)
     for key, value in changes.items():
         _make_room(tables, key, value)
-    for key, value in changes.items():
-        _override(tables, key, value)
-    _make_uniform(tables, Path(), "--set")
+    places = {key: _override(tables, key, value) for key, value in changes.items()}
+    _make_uniform(tables, Path(), OVERRIDES)
     try:
         return Scene.model_validate(tables)
     except ValidationError as error:
-        raise _locate(input_error(error, tables), path, list(changes)) from None
+        raise _locate(input_error(error, tables), path, places) from None
 
 
 def _tables_of(source: str | Path | Scene) -> tuple[dict[str, Any], Path]:
@@ -75,12 +74,17 @@ def _changes(overrides: Overrides) -> dict[str, Any]:
     if isinstance(overrides, Mapping):
         return {_spelt(key): deepcopy(value) for key, value in overrides.items()}
     changes = {}
-    for override in overrides:
+    for override in _texts(overrides):
         key, value = _split(override)
         key = _spelt(key)
         changes.pop(key, None)
         changes[key] = None if value.strip() == "none" else _value(value)
     return changes
+
+
+def _texts(overrides: Sequence[str] | str) -> Sequence[str]:
+    """Texts of overrides; one may come alone."""
+    return [overrides] if isinstance(overrides, str) else overrides
 
 
 def _spelt(key: str) -> str:
@@ -89,7 +93,7 @@ def _spelt(key: str) -> str:
     return above + dot + _SPELLINGS.get(last, last)
 
 
-def describe(name: str, overrides: Sequence[str] = ()) -> str | None:
+def describe(name: str, overrides: Sequence[str] | str = ()) -> str | None:
     """One line about a shipped scene; none if it refuses the overrides.
 
     Args:
@@ -99,7 +103,7 @@ def describe(name: str, overrides: Sequence[str] = ()) -> str | None:
     Raises:
         InputError: something that is no override at all.
     """
-    for override in overrides:
+    for override in _texts(overrides):
         _split(override)
     if not overrides:
         return str(read_toml(shipped.scene_path(name)).get("description", ""))
@@ -134,24 +138,28 @@ def _make_room(tables: dict[str, Any], key: str, value: object) -> None:
         _override(tables, f"{above}.{_ALTERNATIVES[last]}", None)
 
 
-def _override(tables: dict[str, Any], key: str, value: object) -> None:
-    parts = key.split(".")
+def _override(tables: dict[str, Any], key: str, value: object) -> list[str]:
+    """Set or remove a key; returns its parts, indices in place of the names of entries of lists."""
+    parts, resolved = key.split("."), list[str]()
     place: Any = tables
     for index, part in enumerate(parts[:-1]):
         step = _step_into(place, part, ".".join(parts[: index + 1]))
+        resolved.append(str(step))
         place = place[step] if isinstance(place, list) else place.setdefault(step, {})
     step = _step_into(place, parts[-1], ".".join(parts))
+    resolved.append(str(step))
     if value is not None:
         place[step] = value
     elif isinstance(place, list) or step in place:
         del place[step]
+    return resolved
 
 
 def _split(override: str) -> tuple[str, str]:
     key, equals, value = override.partition("=")
     if not equals or not all(key.strip().split(".")):
         expected = 'key.path=value, such as "rods.0.length=500 mm"'
-        raise InputError("not an override", key="--set", found=f'"{override}"', expected=expected)
+        raise InputError("not an override", file=OVERRIDES, found=f'"{override}"', expected=expected)
     return key.strip(), value
 
 
@@ -160,13 +168,13 @@ def _step_into(place: object, part: str, key: str) -> Any:
     if isinstance(place, dict):
         return part
     if not isinstance(place, list):
-        raise InputError("there is no table here", file="--set", key=key, expected="a key of the scene")
+        raise InputError("there is no table here", file=OVERRIDES, key=key, expected="a key of the scene")
     if not part.isdecimal() or int(part) >= len(place):
         named = [_name(entry, key.split(".")[-2]) for entry in place]
         if named.count(part) == 1:
             return named.index(part)
         expected = f"an index from 0 to {len(place) - 1}, or a name" if place else "no index, the list is empty"
-        raise InputError("no such entry", file="--set", key=key, expected=expected)
+        raise InputError("no such entry", file=OVERRIDES, key=key, expected=expected)
     return int(part)
 
 
@@ -213,10 +221,17 @@ def _make_uniform(tables: dict[str, Any], folder: Path, file: str | Path) -> Non
         tie["source"] = str((folder / tie["source"]).resolve())
 
 
-def _locate(error: InputError, path: Path, changed: Sequence[str]) -> InputError:
-    """Name the override where it set the key, else the file."""
-    key = f"{error.key}."
-    set_keys = [f"{name}." for name in changed]
-    overridden = any(key.startswith(set_key) or set_key.startswith(key) for set_key in set_keys)
-    file = "--set" if overridden else path
-    return InputError(error.problem, file=file, key=error.key, found=error.found, expected=error.expected)
+def _locate(error: InputError, path: Path, places: Mapping[str, list[str]]) -> InputError:
+    """Name the override where it set the key, in its own words, else the file.
+
+    Args:
+        error: whose key has the indices of entries.
+        path: of the file.
+        places: parts of the keys that were set, likewise with indices, by the words of the override.
+    """
+    file, key, parts = path, error.key, (error.key or "").split(".")
+    for override, place in places.items():
+        common = min(len(place), len(parts))
+        if place[:common] == parts[:common]:
+            file, key = OVERRIDES, ".".join([*override.split(".")[:common], *parts[common:]])
+    return InputError(error.problem, file=file, key=key, found=error.found, expected=error.expected)

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from knotfem.errors import InputError
 from knotfem.solver.clock import Clock
 from knotfem.solver.constraints import Prescribed
 from knotfem.solver.schemes import Scheme
@@ -279,7 +280,11 @@ class System:
         residual, complete = np.zeros((self.nodes, self.width)), True
         for term in self.terms:
             if term.role is not Role.INERTIA:
-                complete &= self.clock.run(term.name, term.assemble, x, residual, matrix)
+                answer = self.clock.run(term.name, term.assemble, x, residual, matrix)
+                if answer is None:
+                    expected = "True, or False where the pattern of the matrix must be built anew"
+                    raise InputError("assemble returns nothing", key="terms", found=term.name, expected=expected)
+                complete &= answer
         return residual, complete
 
     def _total(self, x: np.ndarray, matrix: Matrix | None) -> tuple[np.ndarray, bool]:

@@ -61,30 +61,12 @@ def row_start(node_ptr: np.ndarray, width: int, upper: bool, a: int, i: int) -> 
     return start
 
 
-@kernel(inline="always")
-def add_block(matrix: MatrixView, a: int, b: int, block: np.ndarray, row: int, column: int) -> bool:
-    """Add block[row : row + width, column : column + width] to nodes (a, b). False where that lies outside.
-
-    Of a symmetric matrix the lower triangle is left out.
-    """
-    width = len(matrix.components)
-    if matrix.upper and b < a:
-        return True
-    slot = block_slot(matrix.node_ptr, matrix.node_adj, a, b)
-    if slot < 0:
-        return False
-    for i in range(width):
-        start = row_start(matrix.node_ptr, width, matrix.upper, a, i) + width * slot
-        for j in range(width):
-            if matrix.upper and a == b and j < i:
-                continue
-            matrix.data[start + j] += block[row + i, column + j]
-    return True
-
-
 @kernel
 def add_blocks(matrix: MatrixView, rows: np.ndarray, columns: np.ndarray, block: np.ndarray) -> bool:
-    """Add a dense block over nodes; negative nodes are left out.
+    """Add a dense block over nodes; negative nodes are left out, and the lower triangle of a symmetric matrix.
+
+    The arrays of the view are taken out of it once: to hand the view to a function for each pair of nodes takes longer
+    than to add their block.
 
     Args:
         matrix: to add to.
@@ -95,15 +77,23 @@ def add_blocks(matrix: MatrixView, rows: np.ndarray, columns: np.ndarray, block:
     Returns:
         False where a part of it lies outside the pattern.
     """
-    width = len(matrix.components)
+    width, upper = len(matrix.components), matrix.upper
+    node_ptr, node_adj, data = matrix.node_ptr, matrix.node_adj, matrix.data
     for p in range(rows.size):
-        if rows[p] < 0:
+        a = rows[p]
+        if a < 0:
             continue
         for q in range(columns.size):
-            if columns[q] < 0:
+            b = columns[q]
+            if b < 0 or (upper and b < a):
                 continue
-            if not add_block(matrix, rows[p], columns[q], block, width * p, width * q):
+            slot = block_slot(node_ptr, node_adj, a, b)
+            if slot < 0:
                 return False
+            for i in range(width):
+                start = row_start(node_ptr, width, upper, a, i) + width * slot
+                for j in range(i if upper and a == b else 0, width):
+                    data[start + j] += block[width * p + i, width * q + j]
     return True
 
 
@@ -118,6 +108,7 @@ def add_node_blocks(matrix: MatrixView, nodes: np.ndarray, blocks: np.ndarray) -
     wide = np.zeros((width, width))
     for k in range(nodes.size):
         wide[:3, :3] = blocks[k]
-        if not add_block(matrix, nodes[k], nodes[k], wide, 0, 0):
+        node = nodes[k : k + 1]
+        if not add_blocks(matrix, node, node, wide):
             return False
     return True

@@ -129,6 +129,18 @@ def test_a_folder_that_is_no_run_does_not_hide_a_shipped_scene(calls: Calls) -> 
     assert "no run is in this folder" in refused.stderr
 
 
+def test_a_run_that_hides_a_shipped_scene_is_told(calls: Calls, caplog: pytest.LogCaptureFixture) -> None:
+    call("tie", "bowline", "-o", "bowline")
+    assert "not the shipped scene" not in call("pull", "./bowline", "-o", "a").stderr
+    told = call("pull", "bowline", "-o", "out")
+    assert told.exit_code == 0
+    assert told.stderr.count("bowline: the run directory bowline, not the shipped scene of this name; ") == 1
+    assert not caplog.records
+    knotfem.open_run("bowline")
+    assert [record.levelname for record in caplog.records] == ["WARNING"]
+    assert "not the shipped scene" in caplog.text
+
+
 def test_pull_a_run_in_its_place(calls: Calls) -> None:
     call("tie", "bowline", "-o", "a")
     assert call("pull", "a", "--set", "solver.threads=1").exit_code == 0
@@ -203,6 +215,8 @@ def test_check(stand_in: Callable[..., None]) -> None:
     assert call("check", "bowline", "--quiet").output == ""
     assert json.loads(call("check", "bowline", "--log-format", "json").stdout)["dofs"] == 12
     assert call("check", "bowline", "--set", "contact.friction=-1").exit_code == 3
+    named = call("check", "bowline", "--set", "steps.pull.displacement=20")
+    assert named.stderr.startswith("knotfem: --set: steps.pull.displacement: ")
 
 
 def stored_run(path: Path) -> Path:
@@ -257,7 +271,10 @@ def test_render(stand_in: Callable[..., None], tmp_path: Path) -> None:
     assert (beyond.exit_code, "no state is stored near this displacement" in beyond.stderr) == (3, True)
     (path / "results.vtkhdf").unlink()
     bare = call("render", path)
-    assert (bare.exit_code, "expected a run with output.fields = true" in bare.stderr) == (3, True)
+    assert (bare.exit_code, "no state was stored before the run ended" in bare.stderr) == (3, True)
+    scene = path / "scene.toml"
+    scene.write_text(scene.read_text().replace("fields = true", "fields = false"))
+    assert "expected a run with output.fields = true" in call("render", path).stderr
 
 
 def test_doctor(monkeypatch: pytest.MonkeyPatch) -> None:

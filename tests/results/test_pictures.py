@@ -58,8 +58,11 @@ def test_what_cannot_be_drawn_is_refused(tmp_path):
     with pytest.raises(InputError, match="no such colour; found red; expected strain"):
         drawn_state(tmp_path / "on").render(tmp_path / "a.png", "red")
     bare = RunDirectory.create(load_scene("cantilever", COARSE), tmp_path / "bare")
-    with pytest.raises(InputError, match=r"no state is stored; expected a run with output\.fields = true"):
+    with pytest.raises(InputError, match="no state was stored before the run ended"):
         open_run(bare.path).state()
+    off = RunDirectory.create(load_scene("cantilever", [*COARSE, "output.fields=false"]), tmp_path / "off")
+    with pytest.raises(InputError, match=r"no state is stored; expected a run with output\.fields = true"):
+        open_run(off.path).state()
 
 
 def drawn_state(folder: Path):

@@ -121,7 +121,7 @@ def test_settings_may_change_the_rest_may_not(run: RunDirectory, scene: Scene) -
     run.override(["solver.threads=1", "output.checkpoint_every=5 s"])
     assert (run.scene.solver.threads, run.scene.output.checkpoint_every) == (1, 5.0)
     assert RunDirectory.open(run.path).scene == scene
-    with pytest.raises(InputError, match="--set: contact: cannot change in a run"):
+    with pytest.raises(InputError, match=r"^overrides: contact: cannot change in a run"):
         run.override(["contact.friction=0.1"])
 
 

@@ -224,9 +224,34 @@ def test_friction_schedule_needs_friction_to_scale(model: str, override: str, fo
 def test_refuses_naming_the_override(override: str, key: str, text: str) -> None:
     error = refused("bowline", override)
     assert error.key == key
-    assert str(error.file) == "--set"
+    assert str(error.file) == "overrides"
     assert text in str(error)
     assert "\n" not in str(error)
+
+
+@pytest.mark.parametrize(
+    ("override", "key", "text"),
+    [
+        ("steps.pull.displacement=20", "steps.pull.displacement", "found 20"),
+        ("steps.pull.displacment='20 mm'", "steps.pull.displacment", "unknown key"),
+        ("steps.pull.displacement.a.b=1", "steps.pull.displacement.a", "no table here"),
+        ("rods.rod.length=5", "rods.rod.length", "found 5"),
+        ("rods.rod.mesh.element_length=5", "rods.rod.mesh.element_length", "found 5"),
+        ("steps.pull={kind='pull'}", "steps.pull.displacement", "missing key"),
+    ],
+)
+def test_refuses_an_override_in_its_own_words(override: str, key: str, text: str) -> None:
+    error = refused("bowline", override)
+    assert str(error).startswith(f"overrides: {key}: ")
+    assert text in str(error)
+
+
+def test_one_override_may_come_as_a_text() -> None:
+    assert load_scene("bowline", "contact.friction=0.2").contact.friction == 0.2
+    with pytest.raises(InputError, match=r'^overrides: not an override; found "contact\.friction"'):
+        load_scene("bowline", "contact.friction")
+    with pytest.raises(InputError, match=r"^overrides: contact\.fricton: unknown key"):
+        load_scene("bowline", {"contact.fricton": 0.3})
 
 
 def test_refuses_naming_the_file(scene_file: Path) -> None:

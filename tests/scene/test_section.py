@@ -43,7 +43,7 @@ def test_both_are_refused(file):
     (file.parent / "scene.toml").write_text(text)
     with pytest.raises(InputError, match=r"section_elements: two cross-sections; expected either"):
         load_scene(file.parent / "scene.toml")
-    with pytest.raises(InputError, match=r"^--set: rods\.0\.mesh\.section_elements: two cross-sections"):
+    with pytest.raises(InputError, match=r"^overrides: rods\.0\.mesh\.section_elements: two cross-sections"):
         load_scene("cantilever", [f"{KEY}={file}", f"{KEY}_elements=12"])
 
 

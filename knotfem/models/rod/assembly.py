@@ -73,13 +73,13 @@ class DiscreteRods:
         self.stretch.view.force[:] = self.stretch.tension(x)
         self.bend = Bend(self.frames, np.array([rod.bending for rod in rods]))
         self.twist = Twist(self.frames, np.array([rod.twisting for rod in rods]))
-        self.damping: Damping | tuple[()] = self._damping()
+        self.damping = self._damping()
         self.terms: tuple[Term, ...] = (
             self.frames,
             self.stretch,
             self.bend,
             self.twist,
-            *self.damping,
+            *(self.damping or ()),
             *mass_terms(lambda: self.mass, inertia=inertia, drag=drag, gravity=gravity),
             *contact_terms(None if contact is None else self._contact_parts(contact), obstacles),
         )
@@ -106,10 +106,10 @@ class DiscreteRods:
         moderate = MERIT_STIFFNESS_OVER_BENDING * bending / np.asarray(self.layout.radius) ** 2
         return AxialStiffness("stretch", *self.edges, axial[rod], moderate[rod])
 
-    def _damping(self) -> Damping | tuple[()]:
+    def _damping(self) -> Damping | None:
         times = [rod.relaxation_time for rod in self.rods]
         if max(times) == 0.0:
-            return ()
+            return None
         from knotfem.models.rod.damping import make_damping
 
         return make_damping(self.stretch, self.bend, self.twist, self.frames, times)
@@ -147,7 +147,7 @@ class DiscreteRods:
         label = labels[id(self.frames)]
         frames = self.frames.of(history.get(label, {}))
         history[label] = frames.clamped_at(clamps, state.x, state.time)
-        for dashpot in self.damping:
+        for dashpot in self.damping or ():
             label = labels[id(dashpot)]
             history[label] = dashpot.at_rest(state.x, frames, history.get(label, {}))
         return State.of(state, history)
@@ -182,16 +182,19 @@ class DiscreteRods:
 
     def tension(self, x: np.ndarray) -> np.ndarray:
         """Axial force of each segment [N], internal damping included, shape [segments]."""
-        return np.sum([term.tension(x) for term in (self.stretch, *self.damping[:1])], axis=0)
+        elastic = self.stretch.tension(x)
+        return elastic if self.damping is None else elastic + self.damping.stretch.tension(x)
 
     def torque(self, x: np.ndarray) -> np.ndarray:
         """Twisting moment of each vertex [N mm], internal damping included, shape [vertices]."""
-        return np.sum([term.torque(x) for term in (self.twist, *self.damping[2:])], axis=0)
+        elastic = self.twist.torque(x)
+        return elastic if self.damping is None else elastic + self.damping.twist.torque(x)
 
     def clamp_couples(self, x: np.ndarray) -> np.ndarray:
         """Couple of each clamp on its rod [N mm], shape [clamps, 3]."""
         none = np.zeros((self.frames.clamped.size, 3))
-        return sum((term.clamp_couples(x) for term in (self.bend, self.twist, *self.damping[1:])), none)
+        damping = () if self.damping is None else (self.damping.bend, self.damping.twist)
+        return sum((term.clamp_couples(x) for term in (self.bend, self.twist, *damping)), none)
 
 
 def _layout_of(rods: Sequence[RodSpec]) -> RodLayout:

@@ -17,6 +17,7 @@ from knotfem.models.base import (
     Model,
     RigidMotion,
     Row,
+    made_terms,
 )
 from knotfem.models.conditions import conditions_of, make_scheme
 from knotfem.models.described import described
@@ -66,8 +67,9 @@ class RodModel(Model):
         layout = self.discrete.layout
         self.nodes, self.segments = layout.nodes, int(layout.edges.size)
         self.sections = Sections(np.arange(layout.nodes), layout.first[:-1])
-        self.terms = [*self.discrete.terms, *viscous_drag(scene, *self.discrete.edges)]
-        self.terms += [made if not callable(made) else made(self) for made in extra.terms]
+        self.terms = [*self.discrete.terms]
+        self._further = [*viscous_drag(scene, *self.discrete.edges), *made_terms(self, extra)]
+        self.terms += self._further
         self.absent = absent_effects(scene)
         self.obstacle_names = [obstacle.name for obstacle in obstacles]
         self.warnings = [*(warning for rod in initial for warning in rod.target.warnings), *coarse(scene)]
@@ -142,7 +144,7 @@ class RodModel(Model):
         system = self.discrete.system(
             make_scheme(scene, step),
             ends.prescribed,
-            loads=[*self.terms[len(self.discrete.terms) :], *ends.loads],
+            loads=[*self._further, *ends.loads],
             conditions=conditions_of(scene, step, origin.time, ends.clamps),
             linear_solver=scene.solver.linear,
             threads=threads_of(scene),

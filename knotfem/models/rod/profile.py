@@ -31,7 +31,7 @@ def profile_rows(
         displacement: of the reported end [mm].
     """
     inner = np.zeros_like(x[:, :3])
-    for term in (rods.stretch, rods.bend, rods.twist, *rods.damping):
+    for term in (rods.stretch, rods.bend, rods.twist, *(rods.damping or ())):
         part = np.zeros_like(x)
         term.assemble(x, part, None)
         inner += part[:, :3]

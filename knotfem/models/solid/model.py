@@ -9,7 +9,7 @@ import numpy as np
 from knotfem.geometry.finite_rotation import rotate
 from knotfem.geometry.vectors import unit
 from knotfem.mesh.section import Section
-from knotfem.models.base import Additions, EndNodes, Equations, Increment, Model, RigidMotion, Row
+from knotfem.models.base import Additions, EndNodes, Equations, Increment, Model, RigidMotion, Row, made_terms
 from knotfem.models.conditions import conditions_of, make_scheme
 from knotfem.models.described import described
 from knotfem.models.effects import absent_effects
@@ -56,7 +56,7 @@ class SolidModel(Model):
         self.nodes, self.hexes, self.sections = self.body.nodes, self.body.hexes, self.body.sections
         obstacles = obstacles_of(scene, extra.obstacles)
         self.terms = make_terms(self.body, obstacles)
-        self.terms += [made if not callable(made) else made(self) for made in extra.terms]
+        self.terms += made_terms(self, extra)
         self.absent = absent_effects(scene)
         self.obstacle_names = [obstacle.name for obstacle in obstacles]
         self.warnings = self.body.warnings
