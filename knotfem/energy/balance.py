@@ -14,7 +14,7 @@ from knotfem.models.base import Equations, Model
 from knotfem.solver.state import State
 from knotfem.solver.stepping.integrator import AcceptedStep
 from knotfem.solver.system import System
-from knotfem.solver.term import Role, Term, TimeStep
+from knotfem.solver.term import RATES, VISCOUS, Role, TimeStep
 
 Forces = Mapping[str, np.ndarray]
 """Residual of each term by its label, shape [nodes, width]."""
@@ -81,7 +81,7 @@ class EnergyBalance:
         self._forces = {}
         for label, term in system.labels.items():
             term.begin(here)
-            if term.role not in (Role.INERTIA, Role.RESISTANCE):
+            if term.role not in RATES:
                 self._forces[label] = np.zeros_like(state.x)
                 term.assemble(state.x, self._forces[label], None)
         self._couples = self.model.clamp_couples(state.x)
@@ -163,7 +163,7 @@ class EnergyBalance:
             displacement = float((x[nodes, :3] - origin[nodes, :3]).mean(axis=0) @ direction)
             force = float(reactions[label] @ direction)
         contacts = system.having(Role.CONTACT)
-        viscous = _sum_of(Role.RESISTANCE, system, forces, x)
+        viscous = _sum_of(VISCOUS, system, forces, x)
         dynamic = viscous + _sum_of(Role.INERTIA, system, forces, x)
         return StepFigures(
             force,
@@ -216,7 +216,7 @@ def _stored(e: Energies, system: System, state: State) -> Energies:
 
 def _taken(e: Energies, system: System, work: Callable[[str], float]) -> dict[str, float]:
     taken = dict(e.taken)
-    for label in _labels(system, Role.RESISTANCE):
+    for label in _labels(system, *VISCOUS):
         term = system.labels[label]
         known = term.dissipation()
         taken[term.name] = taken.get(term.name, 0.0) + (work(label) if known is None else known)
@@ -232,18 +232,19 @@ def _imbalance(system: System, forces: Forces, reactions: Mapping[str, np.ndarra
     """Size of the sum of all external forces [N], resistances and inertia not counted."""
     external = sum(reactions.values(), np.zeros(3))
     for label, term in system.labels.items():
-        if term.external and term.role is not Role.RESISTANCE:
+        if term.external and term.role not in RATES:
             external = external - _resultant(forces[label])
     return float(np.linalg.norm(external))
 
 
-def _labels(system: System, role: Role) -> list[str]:
-    return [label for label, term in system.labels.items() if term.role is role]
+def _labels(system: System, *roles: Role) -> list[str]:
+    return [label for label, term in system.labels.items() if term.role in roles]
 
 
-def _sum_of(role: Role, system: System, forces: Forces, like: np.ndarray) -> np.ndarray:
-    """Sum of the residuals of all terms of a role, shape [nodes, width]."""
-    return _sum({label: forces[label] for label in _labels(system, role)}, like)
+def _sum_of(roles: Role | tuple[Role, ...], system: System, forces: Forces, like: np.ndarray) -> np.ndarray:
+    """Sum of the residuals of all terms of some roles, shape [nodes, width]."""
+    roles = (roles,) if isinstance(roles, Role) else roles
+    return _sum({label: forces[label] for label in _labels(system, *roles)}, like)
 
 
 def _sum(forces: Forces, like: np.ndarray) -> np.ndarray:

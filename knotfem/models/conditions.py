@@ -9,12 +9,12 @@ import numpy as np
 
 from knotfem.errors import InputError
 from knotfem.geometry.vectors import unit
-from knotfem.models.effects import DRAG
+from knotfem.models.effects import DRAG, NUMERICAL_DRAG
 from knotfem.scene.model import Scene
 from knotfem.scene.steps import Load, Loaded, Pull, Relax, Step, Turn
 from knotfem.solver import schemes
 from knotfem.solver.constraints import Clamp
-from knotfem.solver.stepping.quasi_static import NUMERICAL_DRAG
+from knotfem.solver.stepping.quasi_static import NUMERICAL_DRAG as RATE
 from knotfem.solver.term import Conditions
 from knotfem.types import History
 
@@ -28,10 +28,13 @@ def gravity_of(scene: Scene) -> np.ndarray:
 
 
 def drag_of(scene: Scene) -> float | None:
-    """Rate of the drag on the mass [1/s] where a step gives none; None where no step has drag."""
-    if not DRAG.wanted(scene):
-        return None
-    return NUMERICAL_DRAG if scene.drag is None else scene.drag.rate
+    """Rate of the drag on the mass in real time [1/s] where a step gives none; None where no step has drag."""
+    return scene.drag.rate if scene.drag is not None and DRAG.wanted(scene) else None
+
+
+def numerical_drag_of(scene: Scene) -> float | None:
+    """Rate of the numerical drag [1/s]; None where all steps go in real time."""
+    return RATE if NUMERICAL_DRAG.wanted(scene) else None
 
 
 def ramp(step: Pull, start: float) -> History:
@@ -118,12 +121,10 @@ def make_scheme(scene: Scene, step: Step) -> schemes.Scheme:
 
 
 def drag_rate(scene: Scene, step: Step) -> float:
-    """Rate of drag [1/s] in a step; 0 where it goes in real time and the scene has none."""
-    if not step.real:
-        return NUMERICAL_DRAG
+    """Rate of drag [1/s] in a step in real time; 0 where the scene has none."""
     return 0.0 if scene.drag is None else scene.drag.rate_of(isinstance(step, Relax))
 
 
 def conditions_of(scene: Scene, step: Step, start: float, clamps: Sequence[Clamp] = ()) -> Conditions:
     """Friction and drag of a step that begins at `start` [s], with the clamps of its ends."""
-    return Conditions(friction_factor(scene, step, start), drag_rate(scene, step), clamps)
+    return Conditions(friction_factor(scene, step, start), drag_rate(scene, step), clamps, real=step.real)

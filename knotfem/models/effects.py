@@ -32,22 +32,32 @@ def _no_core(scene: Scene) -> str:
     return "" if any(rod.core is not None for rod in scene.rods) else "no rod has one"
 
 
+def _no_real_time(scene: Scene) -> str:
+    return "" if any(step.real for step in scene.steps) else "no step goes in real time"
+
+
 def _no_damping(scene: Scene) -> str:
-    return "" if any(rod.material.relaxation_time > 0.0 for rod in scene.rods) else "no rod has a relaxation time"
+    if all(rod.material.relaxation_time == 0.0 for rod in scene.rods):
+        return "no rod has a relaxation time"
+    return _no_real_time(scene)
 
 
 def _no_inertia(scene: Scene) -> str:
-    if not any(step.real for step in scene.steps):
-        return "no step goes in real time"
+    if reason := _no_real_time(scene):
+        return reason
     return 'inertia.scheme is "quasi-static"' if scene.inertia.scheme == "quasi-static" else ""
 
 
 def _no_drag(scene: Scene) -> str:
-    if not all(step.real for step in scene.steps):
-        return ""
     if scene.drag is None:
         return "not in the scene"
-    return "" if max(scene.drag.rate_of(False), scene.drag.rate_of(True)) > 0.0 else "its rate is 0"
+    if max(scene.drag.rate_of(False), scene.drag.rate_of(True)) == 0.0:
+        return "its rate is 0"
+    return _no_real_time(scene)
+
+
+def _no_numerical_drag(scene: Scene) -> str:
+    return "" if any(not step.real for step in scene.steps) else "all steps go in real time"
 
 
 def _no_gravity(scene: Scene) -> str:
@@ -80,7 +90,9 @@ def _no_viscous_drag(scene: Scene) -> str:
     drag = scene.effects.viscous_drag
     if drag is None:
         return "not in the scene"
-    return "" if drag.normal > 0.0 or drag.tangential > 0.0 else "both coefficients are 0"
+    if drag.normal == 0.0 and drag.tangential == 0.0:
+        return "both coefficients are 0"
+    return _no_real_time(scene)
 
 
 def _no_load(scene: Scene) -> str:
@@ -91,6 +103,7 @@ CORE = Effect("core", _no_core)
 DAMPING = Effect("internal damping", _no_damping)
 INERTIA = Effect("inertia", _no_inertia)
 DRAG = Effect("drag", _no_drag)
+NUMERICAL_DRAG = Effect("numerical_drag", _no_numerical_drag)
 GRAVITY = Effect("gravity", _no_gravity)
 CONTACT = Effect("contact", _no_contact)
 FRICTION = Effect("friction", _no_friction)
@@ -99,7 +112,8 @@ CYLINDER_FRICTION = Effect("cylinder friction", _no_cylinder_friction)
 VISCOUS_DRAG = Effect("viscous_drag", _no_viscous_drag)
 LOAD = Effect("load", _no_load)
 EFFECTS = (
-    CORE, DAMPING, INERTIA, DRAG, GRAVITY, CONTACT, FRICTION, CYLINDER, CYLINDER_FRICTION, VISCOUS_DRAG, LOAD,
+    CORE, DAMPING, INERTIA, DRAG, NUMERICAL_DRAG, GRAVITY, CONTACT, FRICTION, CYLINDER, CYLINDER_FRICTION,
+    VISCOUS_DRAG, LOAD,
 )  # fmt: skip
 
 

@@ -22,24 +22,32 @@ if TYPE_CHECKING:  # with compiled loops, for scenes with contact only
 
 
 def mass_terms(
-    mass: Callable[[], np.ndarray], *, inertia: bool, drag: float | None, gravity: np.ndarray | None
+    mass: Callable[[], np.ndarray],
+    *,
+    inertia: bool,
+    drag: float | None,
+    numerical_drag: float | None,
+    gravity: np.ndarray | None,
 ) -> list[Term]:
     """Inertia, and drag and weight of the mass.
 
     Args:
         mass: makes the lumped mass [tonne], shape [nodes] or [nodes, width]; called where a term needs it.
         inertia: whether there is any.
-        drag: rate [1/s]; None without drag.
+        drag: rate in real time [1/s]; None without drag.
+        numerical_drag: rate in quasi-static steps [1/s]; None where there is none.
         gravity: acceleration [mm/s^2], shape [3]; None or zero without weight.
     """
     terms: list[Term] = []
-    if inertia or drag is not None:
-        from knotfem.terms.inertia import Drag, Inertia
+    if inertia or drag is not None or numerical_drag is not None:
+        from knotfem.terms.inertia import Drag, Inertia, NumericalDrag
 
         if inertia:
             terms.append(Inertia(mass()))
         if drag is not None:
             terms.append(Drag(mass(), drag))
+        if numerical_drag is not None:
+            terms.append(NumericalDrag(mass(), numerical_drag))
     if gravity is not None and np.any(gravity):
         from knotfem.terms.gravity import Gravity
 

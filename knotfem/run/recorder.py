@@ -27,7 +27,7 @@ from knotfem.run.jumps import Jump
 from knotfem.run.simulation import PhaseDone, Simulation, TimeStepDone
 from knotfem.run.summary import Summary
 from knotfem.scene.steps import Relax
-from knotfem.solver.term import Role, Term
+from knotfem.solver.term import VISCOUS, Role, Term
 
 SHARED = {"gravity": Role.FIELD, "drag": Role.RESISTANCE}
 """Terms whose energies have a column in every run, and what they are; those of their name and role add to it."""
@@ -253,7 +253,7 @@ def own_columns(terms: Iterable[Term]) -> list[str]:
     taken: dict[str, tuple[str, Role] | None] = dict.fromkeys(FORCE_EXTRA)
     taken |= {energy_column(name): (name, role) for name, role in SHARED.items()}
     for term in terms:
-        if term.role in (Role.RESISTANCE, Role.FIELD):
+        if term.role in (*VISCOUS, Role.FIELD):
             kind = term.name, term.role
             if taken.setdefault(energy_column(term.name), kind) != kind:
                 problem = "its energy has the column of another"

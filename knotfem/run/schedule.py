@@ -18,6 +18,8 @@ from knotfem.solver.stepping.quasi_static import QuasiStatic
 
 FIRST_MOVE_OVER_DIAMETER = 1.0 / 60.0
 """How far a driven end goes in the first step."""
+NOMINAL_TIME = 1.0
+"""That passes in a quasi-static relax step [s], so that no two states have the same time."""
 REST_FORCE = 2e-5
 """At rest drag and inertia carry less than this fraction of B/r^2 along the rod."""
 
@@ -31,12 +33,14 @@ class Schedule:
         output_times: when outputs are due [s], ascending; the last ends the step.
         tolerance: largest fraction of the load that viscous terms and inertia carry in an equilibrium.
         floor: the balance itself is known no better than this [N].
+        still: whether nothing changes with time: the step takes as long as rods take to settle.
     """
 
     pacing: Pacing
     output_times: np.ndarray
     tolerance: float
     floor: float
+    still: bool = False
 
     def in_equilibrium(self, accepted: AcceptedStep, figures: StepFigures) -> bool:
         """Whether an accepted step ended in equilibrium, in real time by what is carried in comparison to the force."""
@@ -46,8 +50,7 @@ class Schedule:
 
     def fraction(self, began: float, now: float) -> float:
         """How much of it is done, 0 to 1; nan where it takes as long as rods take to settle."""
-        length = float(self.output_times[-1]) - began
-        return (now - began) / length if length > 0.0 else float("nan")
+        return float("nan") if self.still else (now - began) / (float(self.output_times[-1]) - began)
 
     def over(self, now: float) -> bool:
         """Whether its time is over."""
@@ -59,32 +62,34 @@ def schedule_of(model: Model, step: Step, began: float) -> Schedule:
     scene, d = model.scene, model.diameter
     move = scene.solver.move_over_diameter * d
     length = duration_of(step)
+    still = not step.real and isinstance(step, Relax | Release) and not step.friction_schedule
     if isinstance(step, Pull):
         every = scene.output.every_displacement / step.nominal_speed
         first = min(FIRST_MOVE_OVER_DIAMETER * d, move) / step.nominal_speed
-    elif isinstance(step, Relax):
+    elif isinstance(step, Relax) or still:
         every, first = length, 1e-4 * length
     else:
         every, first = scene.output.every_time, 1e-3 * length
-    count = max(1, int(np.ceil(length / every - 1e-9))) if length > 0.0 else 1
+    count = max(1, int(np.ceil(length / every - 1e-9)))
     times = began + np.minimum(np.arange(1, count + 1) * every, length)
     smallest = first * 0.4**scene.solver.max_cutbacks
     real = StepController(first=first, smallest=smallest, largest=length, move=move)
     tolerance, floor = scene.quasi_static.tolerance, ForceTolerance.of(scene.solver.force_tolerance).resultant
-    pacing = real if step.real else _quasi_static(model, real, floor)
-    return Schedule(pacing, times, tolerance, floor)
+    pacing = real if step.real else replace(_quasi_static(model, real, floor), still=still)
+    return Schedule(pacing, times, tolerance, floor, still)
 
 
 def duration_of(step: Step) -> float:
     """How long the loads of a step change, or in real time how long it lasts at most [s]."""
-    if not step.real and isinstance(step, Relax | Release):
-        return step.friction_schedule[-1].time if step.friction_schedule else 0.0
+    if not step.real and isinstance(step, Relax):
+        return step.friction_schedule[-1].time if step.friction_schedule else NOMINAL_TIME
     return step.longest if isinstance(step, Relax) else step.duration
 
 
 def _quasi_static(model: Model, loads: StepController, floor: float) -> QuasiStatic:
     solver, tolerance = model.scene.solver, model.scene.quasi_static.tolerance
-    pacing = QuasiStatic(loads, model.mass, model.force_scale, tolerance, floor)
+    move = model.scene.quasi_static.settling_move_over_diameter * model.diameter
+    pacing = QuasiStatic(loads, model.mass, model.force_scale, tolerance, floor, move)
     return replace(pacing, shortest=pacing.hurry**solver.max_cutbacks)
 
 

@@ -107,9 +107,12 @@ class QuasiStatic(Table):
     Attributes:
         tolerance: largest fraction of the load that drag may carry in a state of equilibrium; the balance itself
             limits it from below, see `solver.force_tolerance`.
+        settling_move_over_diameter: largest move of a node that a step aims at where loads stand still and the rods
+            settle. Where friction leaves a loose knot depends on the path there, which smaller steps follow closer.
     """
 
     tolerance: Annotated[Number, Field(gt=0.0, le=0.1)] = 0.002
+    settling_move_over_diameter: Annotated[Number, Field(gt=0.0, le=2.0)] = 0.5
 
 
 class Inertia(Table):

@@ -11,7 +11,7 @@ from knotfem.solver.clock import Clock
 from knotfem.solver.constraints import Prescribed
 from knotfem.solver.schemes import Scheme
 from knotfem.solver.state import Motion, State
-from knotfem.solver.term import Conditions, Role, Term, TimeStep
+from knotfem.solver.term import RATES, Conditions, Role, Term, TimeStep
 from knotfem.solver.unknowns import Unknowns
 from knotfem.sparse.base import LinearSolver
 from knotfem.sparse.pattern import Matrix, Pattern, merge_keys
@@ -23,7 +23,8 @@ class System:
 
     Args:
         terms: in the order in which they are assembled; a term stands behind those that it builds on. Inertia is left
-            out where the scheme has none.
+            out where the scheme has none, and what the conditions leave no room for: in real time numerical drag,
+            otherwise viscous terms and inertia.
         unknowns: of all nodes.
         solver: linear solver.
         scheme: time integration scheme.
@@ -47,11 +48,13 @@ class System:
         *,
         conditions: Conditions | None = None,
     ) -> None:
-        self.terms = [term for term in terms if scheme.inertial or term.role is not Role.INERTIA]
+        self.conditions = Conditions() if conditions is None else conditions
+        absent = {Role.NUMERICAL} if self.conditions.real else {Role.RESISTANCE, Role.INERTIA}
+        self.terms = [t for t in terms if t.role not in absent and (scheme.inertial or t.role is not Role.INERTIA)]
+        self._left_out = [term for term in terms if term not in self.terms]
         self.nodes, self.width = unknowns.nodes, unknowns.width
         self.solver, self.scheme = solver, scheme
         self.prescribed = list(prescribed)
-        self.conditions = Conditions() if conditions is None else conditions
         weights = unknowns.damping_weights
         self.damping_weights = np.full(self.nodes, 1.0 / self.nodes) if weights is None else weights
         self.symmetric = not unknowns.unsymmetric and all(term.symmetric for term in self.terms)
@@ -76,6 +79,8 @@ class System:
             return
         for label, term in self._labelled:
             term.load(state.history.get(label, {}))
+        for term in self._left_out:
+            term.load({})
         self._loaded = state
 
     def begin(self, state: State, dt: float, advance: float | None = None) -> TimeStep:
@@ -225,9 +230,9 @@ class System:
         return result
 
     def rate_forces(self, x: np.ndarray) -> np.ndarray:
-        """Residual of viscous terms and inertia at x, shape [nodes, width]."""
+        """Residual at x of all that rests in equilibrium, shape [nodes, width]."""
         result = np.zeros((self.nodes, self.width))
-        for term in self.having(Role.RESISTANCE, Role.INERTIA):
+        for term in self.having(*RATES):
             self.clock.run(term.name, term.assemble, x, result, None)
         return result
 

@@ -35,10 +35,18 @@ class Role(Enum):
     """A force from outside that puts work in."""
     RESISTANCE = "resistance"
     """Viscous: takes work, nothing at rest."""
+    NUMERICAL = "numerical"
+    """Stands in for all viscous terms and inertia where there is no real time: takes work, nothing in equilibrium."""
     INERTIA = "inertia"
     """Mass times acceleration."""
     KINEMATICS = "kinematics"
     """Exerts no force; others build on its history variables."""
+
+
+VISCOUS = Role.RESISTANCE, Role.NUMERICAL
+"""Roles of terms that take work at the rate at which something moves."""
+RATES = *VISCOUS, Role.INERTIA
+"""Roles of terms that carry nothing in equilibrium."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,13 +55,15 @@ class Conditions:
 
     Attributes:
         friction: multiplies all coefficients between rods, as a function of time [s]; None for 1.
-        drag: rate of the drag on the mass [1/s]; None for the term's own.
+        drag: rate of the drag on the mass in real time [1/s]; None for the term's own.
         clamps: ends of discrete rods whose orientation is given.
+        real: whether it goes in real time; otherwise there is no velocity.
     """
 
     friction: History | None = None
     drag: float | None = None
     clamps: Sequence[Clamp] = ()
+    real: bool = True
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,7 +18,7 @@ GOVERNED = (
     r"rods\.\d+\.mesh(\.(section_elements|element_length|element))?",
     r"solver(\.(move_over_diameter|force_tolerance))?",
     r"contact(\.(stiffness|sample_spacing|stick)_over_\w+)?",
-    r"inertia(\..*)?",
+    r"quasi_static(\..*)?",
     r"accuracy(\..*)?",
 )
 """Keys of a scene that `--accuracy` sets, and tables that hold them."""
@@ -153,6 +153,8 @@ def _differences(scene: Scene, record: Record) -> list[str]:
     if not all(math.isclose(a, b, rel_tol=1e-6) for a, b in zip(frictions, record.frictions, strict=True)):
         there, here = (", ".join(f"{value:g}" for value in values) for values in (record.frictions, frictions))
         found.append(f"friction {there} there and {here} here")
+    if any(step.real for step in scene.steps):
+        found.append("steps in real time")
     return found
 
 
@@ -167,12 +169,13 @@ def _figures(scene: Scene, setting: Setting) -> list[str]:
     penalty = [f"penalty {setting.stiffness:g}"] if solid and scene.contact.enabled else []
     return [
         f"model {named(setting.model, scene.model)}",
-        named(setting.scheme, scene.inertia.scheme),
         *section,
         f"slices of {setting.element_length:.3g} d",
         f"step {setting.move:g} d",
         *penalty,
         f"tolerance {_tolerance(scene, setting):.4g} N",
+        f"at most {setting.rate:.3g} of the load carried by drag",
+        f"settling by {setting.settling:.3g} d a step",
     ]
 
 
@@ -183,12 +186,13 @@ def _tolerance(scene: Scene, setting: Setting) -> float:
 def _applied(scene: Scene, setting: Setting) -> list[str]:
     overrides = [
         f"model={setting.model}",
-        f"inertia.scheme={setting.scheme}",
         f"solver.move_over_diameter={setting.move!r}",
         f"solver.force_tolerance={_tolerance(scene, setting)!r} N",
         f"contact.stiffness_over_modulus={setting.stiffness!r}",
         f"contact.sample_spacing_over_diameter={setting.sample_spacing!r}",
         f"contact.stick_over_diameter={setting.stick!r}",
+        f"quasi_static.tolerance={setting.rate!r}",
+        f"quasi_static.settling_move_over_diameter={setting.settling!r}",
     ]
     for i, rod in enumerate(scene.rods):
         overrides += [

@@ -31,10 +31,10 @@ class Setting:
         uncertainty: of the reference it is taken against.
         cpu_s, wall_s, memory_mb: what it took.
         model: "fem" or "rod".
-        scheme: time integration.
         element: formulation.
         section_elements: of the cross-section.
-        element_length, move, tolerance, stiffness, sample_spacing, stick: without dimension.
+        element_length, move, tolerance, stiffness, sample_spacing, stick, rate, settling: without dimension; the last
+            two are those of `scene.QuasiStatic`.
     """
 
     level: str
@@ -44,7 +44,6 @@ class Setting:
     wall_s: float
     memory_mb: float
     model: str
-    scheme: str
     element: str
     section_elements: int
     element_length: float
@@ -53,6 +52,8 @@ class Setting:
     stiffness: float
     sample_spacing: float
     stick: float
+    rate: float
+    settling: float
 
     @property
     def bound(self) -> float:
@@ -168,7 +169,6 @@ def _dimensionless(scene: Scene) -> dict[str, Any]:
     rod, contact = scene.rods[0], scene.contact
     return {
         "model": scene.model,
-        "scheme": scene.inertia.scheme,
         "element": rod.mesh.element,
         "section_elements": rod.mesh.section_elements,
         "element_length": rod.mesh.element_length / rod.diameter,
@@ -177,6 +177,8 @@ def _dimensionless(scene: Scene) -> dict[str, Any]:
         "stiffness": contact.stiffness_over_modulus,
         "sample_spacing": contact.sample_spacing_over_diameter,
         "stick": contact.stick_over_diameter,
+        "rate": scene.quasi_static.tolerance,
+        "settling": scene.quasi_static.settling_move_over_diameter,
     }
 
 

@@ -26,6 +26,8 @@ SIZES = {
     "tolerance": (100.0, 10.0, 0.1),
     "sampling": (2.0, 0.5),
     "stick": (2.0, 0.5),
+    "rate": (10.0, 0.1),
+    "settling": (2.0, 0.5, 0.25),
 }
 """Refinement levels of the series that change one number, in units of the scene's own; errors fall with them."""
 SERIES = ("section", *SIZES, "uniform", "element", "model", "chosen")
@@ -91,6 +93,7 @@ def _sizes(scene: Scene) -> tuple[float, ...]:
     return (
         1.0 / mesh.section_elements, mesh.element_length, solver.move_over_diameter, solver.force_tolerance,
         1.0 / contact.stiffness_over_modulus, contact.sample_spacing_over_diameter, contact.stick_over_diameter,
+        scene.quasi_static.tolerance, scene.quasi_static.settling_move_over_diameter,
     )  # fmt: skip
 
 
@@ -110,6 +113,8 @@ def _scaled(name: str, scene: Scene) -> list[Level]:
         "sampling": not contact,
         "stick": not (solid and any(frictions_of(scene))),
         "step": not scene.steps,
+        "rate": all(step.real for step in scene.steps),
+        "settling": all(step.real for step in scene.steps),
     }
     if lacks.get(name):
         return []
@@ -153,6 +158,10 @@ _CHANGES: dict[str, Callable[[Scene, float], tuple[str, ...]]] = {
         f"contact.sample_spacing_over_diameter={size * scene.contact.sample_spacing_over_diameter!r}",
     ),
     "stick": lambda scene, size: (f"contact.stick_over_diameter={size * scene.contact.stick_over_diameter!r}",),
+    "rate": lambda scene, size: (f"quasi_static.tolerance={size * scene.quasi_static.tolerance!r}",),
+    "settling": lambda scene, size: (
+        f"quasi_static.settling_move_over_diameter={size * scene.quasi_static.settling_move_over_diameter!r}",
+    ),
 }
 
 

@@ -1,4 +1,4 @@
-"""Inertia and drag, both on the lumped mass."""
+"""Inertia and drag, physical and numerical, all on the lumped mass."""
 
 from __future__ import annotations
 
@@ -99,3 +99,20 @@ class Drag(Massive):
     def _now(self) -> float:
         rate = self.step.conditions.drag
         return self.rate if rate is None else rate
+
+
+class NumericalDrag(Drag):
+    """Drag of quasi-static steps, whose rate no condition changes.
+
+    It makes the motion unique where equilibrium is lost: the rods then move as an overdamped body does.
+
+    Args:
+        mass: see `Massive`.
+        rate: c [1/s].
+    """
+
+    name, role = "numerical_drag", Role.NUMERICAL
+
+    @property
+    def _now(self) -> float:
+        return self.rate

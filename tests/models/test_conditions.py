@@ -10,6 +10,7 @@ from knotfem.scene.steps import Pull
 from knotfem.solver.schemes import BackwardEuler, GeneralisedAlpha, Scheme
 
 HOLD = 'steps=[{kind="relax"},{kind="hold",duration="2 s",friction_schedule=[%s]},{kind="hold",duration="1 s"}]'
+REAL = "steps.0.rate=real", "steps.1.rate=real"
 FALLING = '{time="0 s",friction=0.3},{time="2 s",friction=0.15}'
 
 
@@ -67,14 +68,19 @@ def test_gravity_acts_along_its_direction():
     ],
 )
 def test_relaxing_takes_energy_whatever_loading_keeps(inertia, relaxing, loading):
-    scene = load_scene("overhand", [f"inertia.{inertia}"])
+    scene = load_scene("overhand", [*REAL, f"inertia.{inertia}"])
     relax, pull = scene.steps
     assert (type(make_scheme(scene, relax)), type(make_scheme(scene, pull))) == (relaxing, loading)
-    assert type(make_scheme(load_scene("overhand", [f"inertia.{inertia}", "inertia.relaxing=hht"]), pull)) is loading
+    assert type(make_scheme(load_scene("overhand", [*REAL, f"inertia.{inertia}", "inertia.relaxing=hht"]), pull)) is loading
+
+
+def test_there_is_no_inertia_where_there_is_no_real_time():
+    scene = load_scene("overhand", ["steps.1.rate=real", "inertia.scheme=hht"])
+    assert [type(make_scheme(scene, step)) for step in scene.steps] == [Scheme, GeneralisedAlpha]
 
 
 def test_a_scene_may_relax_by_a_scheme_that_keeps_energy():
-    scene = load_scene("overhand", ["inertia.scheme=generalised-alpha", "inertia.relaxing=hht"])
+    scene = load_scene("overhand", [*REAL, "inertia.scheme=generalised-alpha", "inertia.relaxing=hht"])
     found = make_scheme(scene, scene.steps[0])
     assert isinstance(found, GeneralisedAlpha)
     assert found.alpha_f == pytest.approx(0.05)

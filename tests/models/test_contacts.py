@@ -14,7 +14,7 @@ COARSE = (
     "rods.1.mesh.element_length=4 mm",
     'rods.1.origin=["0 mm", "0 mm", "5.7 mm"]',
     "tie.path=direct",
-    "drag=none",
+    "steps=[]",
 )
 SUNK = 0.2
 """Rods are moved down by this, into what they would else only touch [mm]."""

@@ -26,12 +26,15 @@ SMALL = (
     "rods.0.length=40 mm", "rods.0.mesh.section_elements=4", "rods.0.mesh.element_length=4 mm", "tie.increments=1",
     "output.fields=false", "solver.threads=1",
 )  # fmt: skip
-BARE = (*SMALL, "rods.0.core=none", "gravity=none", "drag=none")
+BARE = (
+    *SMALL, "rods.0.core=none", "gravity=none", "drag=none", "inertia.scheme=quasi-static", "steps.0.rate=real",
+)  # fmt: skip
 """Of the scene "cantilever": nothing but elasticity."""
 ON = {
     "core": ("rods.0.core={youngs_modulus='75.5 GPa', radius='0.127 mm'}",),
     "inertia": ("inertia.scheme=backward-euler",),
     "drag": ("drag.rate=10 1/s",),
+    "numerical_drag": ("steps.0.rate=quasi-static",),
     "gravity": ("gravity.acceleration=9.81 m/s^2",),
     "viscous_drag": ("effects.viscous_drag={normal='2 Pa s', tangential='1 Pa s'}",),
     "contact": ("contact.enabled=true", "contact.friction=0"),
@@ -127,13 +130,13 @@ def test_absence_holds_no_memory(name: str) -> None:
 def test_mass_is_made_only_for_who_asks() -> None:
     assert "mass" not in vars(model_of().body)
     assert "mass" not in vars(model_of(*ON["contact"], *ON["viscous_drag"]).body)
-    assert all("mass" in vars(model_of(*ON[name]).body) for name in ("inertia", "drag", "gravity"))
+    assert all("mass" in vars(model_of(*ON[name]).body) for name in ("inertia", "drag", "numerical_drag", "gravity"))
 
 
 def test_mass_of_discrete_rods_is_made_only_for_who_asks() -> None:
     assert "mass" not in vars(rods_of())
     assert "mass" not in vars(rods_of(*ON["contact"], *ON["viscous_drag"]))
-    assert all("mass" in vars(rods_of(*ON[name])) for name in ("inertia", "drag", "gravity"))
+    assert all("mass" in vars(rods_of(*ON[name])) for name in ("inertia", "drag", "numerical_drag", "gravity"))
 
 
 IMPORTS = """
@@ -150,6 +153,7 @@ NEEDED = {
     "core": {"knotfem.terms.axial"},
     "inertia": {"knotfem.terms.inertia"},
     "drag": {"knotfem.terms.inertia"},
+    "numerical_drag": {"knotfem.terms.inertia"},
     "gravity": {"knotfem.terms.gravity"},
     "viscous_drag": {"knotfem.terms.viscous"},
 }
@@ -172,7 +176,7 @@ def test_a_whole_run_imports_no_absent_effect(tmp_path, model: str, needed: set[
     assert imported(str(tmp_path / "bare"), f"model={model}") == needed
 
 
-@pytest.mark.parametrize("name", ["core", "inertia", "drag", "gravity", "viscous_drag"])
+@pytest.mark.parametrize("name", ["core", "inertia", "drag", "numerical_drag", "gravity", "viscous_drag"])
 def test_a_run_imports_an_effect_that_is_there_and_no_other(tmp_path, name: str) -> None:
     assert imported(str(tmp_path / "run"), *ON[name]) == NEEDED[name]
 

@@ -189,7 +189,6 @@ REFUSED = [
     ("solver.linear=dense", "solver.linear", "one of auto, pardiso, superlu"),
     ("steps.1.kind=pul", "steps.1.kind", '"pull"'),
     ("steps.1.kind=none", "steps.1.kind", "missing key"),
-    ("steps.1.speed=none", "steps.1.speed", "missing key"),
     ("steps.1.ends.rod.start=none", "steps.1.ends", "no end is driven"),
     ("steps.1.ends.rod.start.motion=drivn", "steps.1.ends.rod.start.motion", '"driven"'),
     ("steps.1.ends.rod.start.direction=none", "steps.1.ends.rod.start.direction", "missing key"),

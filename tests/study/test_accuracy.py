@@ -21,7 +21,6 @@ COARSE = Setting(
     60.0,
     400.0,
     "fem",
-    "backward-euler",
     "hex8",
     12,
     2 / 3,
@@ -30,6 +29,8 @@ COARSE = Setting(
     48.0,
     0.125,
     1 / 60,
+    0.002,
+    0.5,
 )
 FINE = replace(COARSE, level="uniform-48", error=0.006, cpu_s=900.0, section_elements=48, element_length=1 / 6)
 REDUCED = replace(COARSE, level="model-rod", error=0.03, cpu_s=2.0, model="rod")
@@ -132,8 +133,9 @@ def test_settings_are_applied_and_recorded():
     assert (scene.accuracy.wanted, scene.accuracy.level, scene.accuracy.scene) == (0.02, "uniform-48", "bowline")
     assert scene.accuracy.measured == pytest.approx(0.011)
     assert says.startswith(
-        "2.00% in the force: settings of uniform-48 (model fem, backward-euler, element hex8, "
-        "section of 48 elements, slices of 0.167 d, step 0.5 d, penalty 48, tolerance 1.026e-05 N), "
+        "2.00% in the force: settings of uniform-48 (model fem, element hex8, "
+        "section of 48 elements, slices of 0.167 d, step 0.5 d, penalty 48, tolerance 1.026e-05 N, "
+        "at most 0.002 of the load carried by drag, settling by 0.5 d a step), "
         "measured on bowline against the reference of the model fem"
     )
     assert "error 0.60% +- 0.50%, 60 s there (Model T, 2 processors) for a pull of 16.5 d" in says
@@ -152,21 +154,20 @@ def test_change_of_model_is_said(monkeypatch):
     monkeypatch.setattr(accuracy, "stored", lambda: [record("bowline", COARSE, REDUCED)])
     overrides, says = accurate_overrides("bowline", [], "5%")
     assert load_scene("bowline", overrides).model == "rod"
-    assert (
-        "settings of model-rod (model rod in place of fem, backward-euler, slices of 0.667 d, step 0.5 d, tolerance"
-        in says
-    )
+    assert "settings of model-rod (model rod in place of fem, slices of 0.667 d, step 0.5 d, tolerance" in says
     assert "against the reference of the model fem" in says
 
 
-def test_time_integration_that_was_measured_is_taken_and_said(monkeypatch):
-    still = record("bowline", replace(COARSE, scheme="quasi-static"))
-    monkeypatch.setattr(accuracy, "stored", lambda: [still])
+def test_what_equilibrium_means_is_taken_from_the_measurement(monkeypatch):
+    monkeypatch.setattr(accuracy, "stored", lambda: [record("bowline", replace(COARSE, rate=0.001, settling=0.25))])
     overrides, says = accurate_overrides("bowline", [], "5%")
-    assert load_scene("bowline", overrides).inertia.scheme == "quasi-static"
-    assert "(model fem, quasi-static in place of backward-euler, element hex8" in says
+    found = load_scene("bowline", overrides).quasi_static
+    assert (found.tolerance, found.settling_move_over_diameter) == (0.001, 0.25)
+    assert "at most 0.001 of the load carried by drag, settling by 0.25 d a step" in says
     with pytest.raises(InputError, match="--accuracy decides this"):
-        accurate_overrides("bowline", ["inertia.scheme=hht"], "5%")
+        accurate_overrides("bowline", ["quasi_static.tolerance=0.01"], "5%")
+    real = ["steps.1.rate=real", "steps.1.speed=4 mm/s"]
+    assert accurate_overrides("bowline", real, "5%")[1].endswith("; an extrapolation: steps in real time")
 
 
 def test_scene_with_its_accuracy_is_written_and_read_as_the_same(tmp_path):

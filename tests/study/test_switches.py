@@ -13,8 +13,8 @@ from knotfem.study.switches import SWITCHES, effects_of, effects_rows, effects_t
 PAIRS = 'contact.pairs=[{between=["rod","rod"], friction=0.5}, {between=["rod","cylinder"], friction=0.2}]'
 
 
-def test_every_effect_but_loads_has_a_switch():
-    assert {effect.name for effect in EFFECTS} - set(SWITCHES) == {"load"}
+def test_every_effect_but_loads_and_what_is_no_physics_has_a_switch():
+    assert {effect.name for effect in EFFECTS} - set(SWITCHES) == {"load", "numerical_drag"}
 
 
 @pytest.mark.parametrize(
@@ -53,7 +53,7 @@ def test_costs_and_changes(tmp_path):
             reason="lost",
         )
     study = run_effects("overhand", (), tmp_path, budget=None, processes=1, tell=lambda text: None)
-    assert set(study.without) == {"core", "drag", "contact", "friction"}
+    assert set(study.without) == {"core", "contact", "friction"}
     assert study.fraction("contact") == pytest.approx(0.15)
     assert study.saved("core") == pytest.approx(0.0)
     assert study.change("core", "force") == 0.0
@@ -62,4 +62,4 @@ def test_costs_and_changes(tmp_path):
     assert states["contact"] == "failed"
     table = effects_table(study)
     assert isinstance(table, Table)
-    assert table.row_count == 4
+    assert table.row_count == 3

@@ -6,12 +6,12 @@ from knotfem.tie import make_path
 
 def test_bowline_collapses_on_the_way(bowline):
     told = make_path("linear", bowline).describe()
-    assert told["min_stretch"] == pytest.approx(0.001, abs=1e-4)
+    assert told["min_stretch"] == pytest.approx(0.018, abs=1e-3)
     assert told["max_stretch"] == pytest.approx(1.0, abs=1e-9)
 
 
 def test_best_direction_halves_the_compression(bowline):
-    assert make_path("linear", bowline, direction="best").describe()["min_stretch"] == pytest.approx(0.44, abs=0.01)
+    assert make_path("linear", bowline, direction="best").describe()["min_stretch"] == pytest.approx(0.45, abs=0.01)
 
 
 @pytest.mark.parametrize("degrees", [30.0, 90.0, 170.0])

@@ -39,7 +39,8 @@ class DiscreteRods:
         contact: None for strands that pass through each other.
         obstacles: rigid bodies; they need `contact`.
         gravity: acceleration [mm/s^2], shape [3].
-        drag: rate [1/s]; None without drag.
+        drag: rate in real time [1/s]; None without drag.
+        numerical_drag: rate in quasi-static steps [1/s]; None where there is none.
         inertia: whether there is any.
 
     Raises:
@@ -63,6 +64,7 @@ class DiscreteRods:
         drag: float | None = None,
         *,
         inertia: bool = True,
+        numerical_drag: float | None = None,
     ) -> None:
         self.rods = list(rods)
         self.layout = _layout_of(rods)
@@ -80,7 +82,9 @@ class DiscreteRods:
             self.bend,
             self.twist,
             *(self.damping or ()),
-            *mass_terms(lambda: self.mass, inertia=inertia, drag=drag, gravity=gravity),
+            *mass_terms(
+                lambda: self.mass, inertia=inertia, drag=drag, numerical_drag=numerical_drag, gravity=gravity
+            ),
             *contact_terms(None if contact is None else self._contact_parts(contact), obstacles),
         )
         own = {label: term.history() for label, term in labelled([self.frames, self.stretch])}
@@ -180,20 +184,25 @@ class DiscreteRods:
         solver = make_solver(linear_solver, threads)
         return System([*self.terms, *loads], unknowns, solver, scheme, prescribed, conditions=conditions)
 
+    @property
+    def _resisting(self) -> Damping | None:
+        """Internal damping where anything moves in real time."""
+        return None if self.damping is None or self.damping.stretch.rate == 0.0 else self.damping
+
     def tension(self, x: np.ndarray) -> np.ndarray:
         """Axial force of each segment [N], internal damping included, shape [segments]."""
         elastic = self.stretch.tension(x)
-        return elastic if self.damping is None else elastic + self.damping.stretch.tension(x)
+        return elastic if self._resisting is None else elastic + self._resisting.stretch.tension(x)
 
     def torque(self, x: np.ndarray) -> np.ndarray:
         """Twisting moment of each vertex [N mm], internal damping included, shape [vertices]."""
         elastic = self.twist.torque(x)
-        return elastic if self.damping is None else elastic + self.damping.twist.torque(x)
+        return elastic if self._resisting is None else elastic + self._resisting.twist.torque(x)
 
     def clamp_couples(self, x: np.ndarray) -> np.ndarray:
         """Couple of each clamp on its rod [N mm], shape [clamps, 3]."""
         none = np.zeros((self.frames.clamped.size, 3))
-        damping = () if self.damping is None else (self.damping.bend, self.damping.twist)
+        damping = () if self._resisting is None else (self._resisting.bend, self._resisting.twist)
         return sum((term.clamp_couples(x) for term in (self.bend, self.twist, *damping)), none)
 
 

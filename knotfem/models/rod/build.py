@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from knotfem.models.base import Obstacle
-from knotfem.models.conditions import drag_of, gravity_of
+from knotfem.models.conditions import drag_of, gravity_of, numerical_drag_of
 from knotfem.models.effects import INERTIA, rod_friction
 from knotfem.models.rod.assembly import DiscreteRods
 from knotfem.models.rod.initial import InitialRod
@@ -74,5 +74,6 @@ def make_rods(scene: Scene, initial: list[InitialRod], obstacles: Sequence[Obsta
         obstacles,
         gravity_of(scene),
         drag_of(scene),
+        numerical_drag=numerical_drag_of(scene),
         inertia=INERTIA.wanted(scene),
     )

@@ -88,6 +88,7 @@ class Dashpot(Term, ABC):
 
     def load(self, history: Arrays) -> None:
         if not history:
+            self.rate = 0.0
             return
         self._first, self._last = (
             {name.split()[1]: value for name, value in history.items() if name.startswith(which)}

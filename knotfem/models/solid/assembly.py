@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from knotfem.models.base import Obstacle
-from knotfem.models.conditions import drag_of, gravity_of
+from knotfem.models.conditions import drag_of, gravity_of, numerical_drag_of
 from knotfem.models.effects import CONTACT, INERTIA, rod_friction
 from knotfem.models.shared_terms import ContactParts, contact_terms, mass_terms, viscous_drag
 from knotfem.models.solid.body import Body
@@ -25,7 +25,13 @@ def make_terms(body: Body, obstacles: Sequence[Obstacle] = ()) -> list[Term]:
     scene = body.scene
     return [
         *body.elastic,
-        *mass_terms(lambda: body.mass, inertia=INERTIA.wanted(scene), drag=drag_of(scene), gravity=gravity_of(scene)),
+        *mass_terms(
+            lambda: body.mass,
+            inertia=INERTIA.wanted(scene),
+            drag=drag_of(scene),
+            numerical_drag=numerical_drag_of(scene),
+            gravity=gravity_of(scene),
+        ),
         *contact_terms(_contact_parts(body) if CONTACT.wanted(scene) else None, obstacles),
         *viscous_drag(scene, *body.axis_edges),
     ]

@@ -12,6 +12,7 @@ from knotfem.errors import NotConverged
 from knotfem.solver.nonlinear.newton import Interrupt, Newton, Solution, StepFailed
 from knotfem.solver.nonlinear.tolerance import Sections
 from knotfem.solver.state import State, longest_move
+from knotfem.solver.stepping.controller import reached
 from knotfem.solver.stepping.pace import Outcome, Pace, Pacing, Trial
 from knotfem.solver.system import System
 
@@ -142,7 +143,8 @@ def advance(
     outcome = _outcome(system, solution, state, rejected, sections, pacing)
     following = pacing.after_success(pace, trial, outcome)
     going_on = Continuation(after, solution.x - state.x, trial.advance, following, solution.damping)
-    at_output = (trial.at_output or pace.due) and not following.settling
+    due = trial.at_output or pace.due or reached(after.time, output_times)
+    at_output = due and not following.settling
     wall = time.perf_counter() - began
     return AcceptedStep(
         state, going_on, trial.advance, trial.dt, not following.settling, solution, rejected, failure, wall, at_output

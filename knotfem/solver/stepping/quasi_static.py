@@ -30,6 +30,7 @@ class QuasiStatic:
         force: B/r^2 [N], by which the first step of overdamped motion is chosen.
         tolerance: largest fraction of the load that viscous terms and inertia carry in an equilibrium.
         floor: the balance itself is known no better than this [N].
+        move: largest move of a node that a step aims at in which loads stand still [mm].
         fraction: of that allowance which drag takes where the whole mass moves by the move that is aimed at. Ten times
             as much raises the bowline's last force by 1 %, a tenth changes it by less than 0.5 %.
         easy, leap: up to so many iterations the next advance is longer by this factor, so that the small steps after a
@@ -39,6 +40,7 @@ class QuasiStatic:
             beyond it unique, and shorter advances alone never get there.
         recover: by which it grows again.
         start_slowness: that of the first advance.
+        still: whether loads never change: their whole time then passes in the first step.
         shortest: time of rates below which a failing step ends the run, relative to the first one.
     """
 
@@ -47,6 +49,7 @@ class QuasiStatic:
     force: float
     tolerance: float
     floor: float
+    move: float
     fraction: float = 0.02
     easy: int = 3
     leap: float = 2.5
@@ -56,6 +59,7 @@ class QuasiStatic:
     recover: float = 4.0
     start_slowness: float = 0.01
     shortest: float = 1e-8
+    still: bool = False
 
     @property
     def watches_balance(self) -> bool:
@@ -64,8 +68,8 @@ class QuasiStatic:
 
     @property
     def first_dt(self) -> float:
-        """Time in which B/r^2 would carry the whole mass by the move that is aimed at, against the drag [s]."""
-        return NUMERICAL_DRAG * self.mass * self.loads.move / self.force
+        """Time in which B/r^2 would carry the whole mass by the move that settling aims at, against the drag [s]."""
+        return NUMERICAL_DRAG * self.mass * self.move / self.force
 
     def allowance(self, load: float) -> float:
         """What viscous terms and inertia may carry in an equilibrium [N]."""
@@ -77,8 +81,10 @@ class QuasiStatic:
 
     def trial(self, pace: Pace, now: float, output_times: np.ndarray) -> Trial | None:
         """The next step to try."""
-        if pace.settling:
+        if pace.settling and not (self.still and not reached(now, output_times)):
             return Trial(0.0, False, pace.dt)
+        if pace.settling:
+            return Trial(float(output_times[-1]) - now, True, pace.dt)
         if reached(now, output_times):
             return None
         advance, at_output = self.loads.length(pace.advance, now, output_times)
@@ -86,7 +92,8 @@ class QuasiStatic:
 
     def too_far(self, moved: float, trial: Trial) -> bool:
         """Whether a step that moved a node by so much is to be rejected."""
-        return moved > self.loads.most_move * self.loads.move
+        aim = self.move if trial.advance == 0.0 else max(self.move, self.loads.move)
+        return moved > self.loads.most_move * aim
 
     def after_failure(self, pace: Pace, trial: Trial) -> Pace | None:
         """An attempt with more drag, and a smaller advance of loads."""
@@ -123,5 +130,5 @@ class QuasiStatic:
         else:
             factor = self.loads.shrink if outcome.iterations >= self.loads.many else 1.0
         if outcome.moved > 0.0:
-            factor = min(factor, self.loads.move / outcome.moved)
+            factor = min(factor, self.move / outcome.moved)
         return factor * trial.dt

@@ -21,7 +21,7 @@ QUICK = ("steps.0.speed=20 mm/s", "inertia.scheme=backward-euler", "output.every
 """They are pressed so fast that they are not at rest when released."""
 SQUEEZED = 0.2
 """Deepest penetration over the diameter where strands are squeezed flat."""
-ROUGH = ("contact.friction=1", "obstacles.0.friction=1")
+ROUGH = ("contact.friction=1", "obstacles.0.friction=1", "solver.move_over_diameter=0.25")
 FRICTIONLESS = ("contact.friction=0", "obstacles.0.friction=0", "steps.1.displacement=5 mm")
 PART_OF_LAW = 0.5
 """Fraction of the largest tension up to which a capstan's band is evaluated: beyond, the rod leaves the cylinder."""

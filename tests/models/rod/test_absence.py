@@ -18,7 +18,8 @@ from knotfem.run.check import check
 
 BARE = (
     "model=rod", "rods.0.length=40 mm", "rods.0.mesh.element_length=4 mm", "output.fields=false", "solver.threads=1",
-    "rods.0.core=none", "gravity=none", "drag=none", "steps.0.duration=0.1 s",
+    "rods.0.core=none", "gravity=none", "drag=none", "inertia.scheme=quasi-static",
+    "steps.0.duration=0.1 s", "steps.0.rate=real",
 )  # fmt: skip
 PEG = "obstacles=[{diameter='9 mm', axis=[0,1,0], point=['0 mm','0 mm','-9 mm'], friction=%g}]"
 TOUCHING = ("contact.enabled=true", "contact.friction=0")
@@ -27,6 +28,7 @@ ON = {
     "internal damping": ("rods.0.material.relaxation_time=0.01 s",),
     "inertia": ("inertia.scheme=backward-euler",),
     "drag": ("drag.rate=10 1/s",),
+    "numerical_drag": ("steps.0.rate=quasi-static",),
     "gravity": ("gravity.acceleration=9.81 m/s^2",),
     "viscous_drag": ("effects.viscous_drag={normal='2 Pa s', tangential='1 Pa s'}",),
     "contact": TOUCHING,
@@ -69,7 +71,7 @@ def test_a_scene_turns_each_effect_on_by_itself(name: str) -> None:
 
 def test_mass_is_made_only_for_who_asks() -> None:
     for name in ON:
-        asks = name in ("inertia", "drag", "gravity")
+        asks = name in ("inertia", "drag", "numerical_drag", "gravity")
         assert ("mass" in vars(RodModel(scene_of(*ON[name])).discrete)) == asks
 
 

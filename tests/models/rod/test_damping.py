@@ -215,7 +215,7 @@ def test_explicit_steps_refuse_it() -> None:
 
 def test_a_scene_has_it_by_a_relaxation_time() -> None:
     overrides = [
-        "rods.0.length=40 mm", "rods.0.mesh.element_length=4 mm", "drag=none", "steps.0.duration=0.1 s",
+        "rods.0.length=40 mm", "rods.0.mesh.element_length=4 mm", "steps.0.rate=real", "steps.0.duration=0.1 s",
         "output.fields=false", "inertia.scheme=backward-euler", f"rods.0.material.relaxation_time={TIME} s",
     ]  # fmt: skip
     with pytest.raises(InputError, match="relaxation_time: only the rod model has internal damping"):
