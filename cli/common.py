@@ -27,6 +27,7 @@ HIGHLIGHTS = (
     "max_penetration_over_d",
     "knot_before",
     "knot_after",
+    "events",
     "final_force_N",
     "linear_solver",
     "peak_memory_mb",
@@ -128,6 +129,8 @@ def show_run(run: Run, quiet: bool, log_format: str) -> None:
     shown = {key: summary[key] for key in HIGHLIGHTS if key in summary}
     if shown and not quiet:
         click.echo(facts(shown), err=True)
+        for note in run.notes:
+            click.echo(note, err=True)
     click.echo(run.path)
 
 

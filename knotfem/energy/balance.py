@@ -14,7 +14,7 @@ from knotfem.models.base import Equations, Model
 from knotfem.solver.state import State
 from knotfem.solver.stepping.integrator import AcceptedStep
 from knotfem.solver.system import System
-from knotfem.solver.term import RATES, VISCOUS, Role, TimeStep
+from knotfem.solver.term import RATES, VISCOUS, Role, Term, TimeStep
 
 Forces = Mapping[str, np.ndarray]
 """Residual of each term by its label, shape [nodes, width]."""

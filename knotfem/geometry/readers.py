@@ -40,6 +40,8 @@ def read_centreline(path: str | Path) -> Curve:
 def read_csv(path: str | Path) -> Array:
     """Read the points of a CSV file: the header `x,y,z`, then one point per line; `#` begins a comment.
 
+    Further columns may follow; see `unused_columns`.
+
     Args:
         path: file; its first point is the loading end of the rod, its last point the free end.
 
@@ -51,23 +53,38 @@ def read_csv(path: str | Path) -> Array:
     """
     path = Path(path)
     rows: list[list[float]] = []
-    header_seen = False
+    header: list[str] = []
     for number, line in enumerate(_read_text(path).splitlines(), start=1):
-        cells = [cell.strip() for cell in line.split("#", 1)[0].split(",")]
+        cells = _cells(line)
         if cells == [""]:
             continue
-        if not header_seen:
-            if [cell.lower() for cell in cells] != ["x", "y", "z"]:
+        if not header:
+            if [cell.lower() for cell in cells[:3]] != ["x", "y", "z"]:
                 raise InputError(f"line {number} is not the header", file=path, found=line.strip(), expected="x,y,z")
-            header_seen = True
+            header = cells
             continue
         try:
-            x, y, z = (float(cell) for cell in cells)
+            numbers = [float(cell) for cell in cells]
+            if len(numbers) != len(header):
+                raise ValueError
         except ValueError:
-            problem = f"line {number} is not a point"
-            raise InputError(problem, file=path, found=line.strip(), expected="three numbers x,y,z") from None
-        rows.append([x, y, z])
+            problem, expected = f"line {number} is not a point", f"{len(header)} numbers {','.join(header)}"
+            raise InputError(problem, file=path, found=line.strip(), expected=expected) from None
+        rows.append(numbers[:3])
     return as_points(np.array(rows, dtype=np.float64).reshape(-1, 3), fewest=FEWEST_POINTS, file=path)
+
+
+def unused_columns(path: str | Path) -> list[str]:
+    """Names of the columns of a CSV file of points that `read_csv` leaves out; none in other files.
+
+    Raises:
+        InputError: the file cannot be read.
+    """
+    path = Path(path)
+    if path.suffix.lower() != ".csv":
+        return []
+    filled = (cells for line in _read_text(path).splitlines() if (cells := _cells(line)) != [""])
+    return next(filled, [])[3:]
 
 
 def read_nurbs(path: str | Path) -> Nurbs:
@@ -94,6 +111,11 @@ def read_nurbs(path: str | Path) -> Nurbs:
         return Nurbs(degree, homogeneous[:, :3], homogeneous[:, 3], knots)
     except InputError as error:
         raise InputError(error.problem, file=path, found=error.found, expected=error.expected) from None
+
+
+def _cells(line: str) -> list[str]:
+    """Cells of a line of a CSV file, without its comment."""
+    return [cell.strip() for cell in line.split("#", 1)[0].split(",")]
 
 
 def _read_text(path: Path) -> str:

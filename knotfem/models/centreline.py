@@ -11,7 +11,7 @@ from knotfem import shipped
 from knotfem.geometry import validate
 from knotfem.geometry.curve import interpolate
 from knotfem.geometry.finite_rotation import rotate
-from knotfem.geometry.readers import read_centreline
+from knotfem.geometry.readers import read_centreline, unused_columns
 from knotfem.geometry.resample import equal_chords
 from knotfem.geometry.smoothing import laplacian
 from knotfem.scene.model import Scene
@@ -70,6 +70,10 @@ def centreline_of(rod: Rod, slices: int, scene: Scene) -> Centreline:
     )
     if unsmoothed is not None:
         check_smoothing(unsmoothed, points, rod.centerline)
+    warnings += [
+        f'{rod.centerline}: the column "{name}" is not used (the twist of a rod is rods.twist)'
+        for name in unused_columns(path)
+    ]
     return Centreline(points, tuple(warnings))
 
 

@@ -14,7 +14,7 @@ from knotfem.scene.model import Scene
 from knotfem.scene.steps import Load, Loaded, Pull, Relax, Step, Turn
 from knotfem.solver import schemes
 from knotfem.solver.constraints import Clamp
-from knotfem.solver.stepping.quasi_static import NUMERICAL_DRAG as RATE
+from knotfem.solver.stepping.quasi_static import DRAG_RATE
 from knotfem.solver.term import Conditions
 from knotfem.types import History
 
@@ -34,7 +34,7 @@ def drag_of(scene: Scene) -> float | None:
 
 def numerical_drag_of(scene: Scene) -> float | None:
     """Rate of the numerical drag [1/s]; None where all steps go in real time."""
-    return RATE if NUMERICAL_DRAG.wanted(scene) else None
+    return DRAG_RATE if NUMERICAL_DRAG.wanted(scene) else None
 
 
 def ramp(step: Pull, start: float) -> History:
@@ -127,4 +127,7 @@ def drag_rate(scene: Scene, step: Step) -> float:
 
 def conditions_of(scene: Scene, step: Step, start: float, clamps: Sequence[Clamp] = ()) -> Conditions:
     """Friction and drag of a step that begins at `start` [s], with the clamps of its ends."""
-    return Conditions(friction_factor(scene, step, start), drag_rate(scene, step), clamps, real=step.real)
+    frozen = isinstance(step, Relax) and step.frozen
+    return Conditions(
+        friction_factor(scene, step, start), drag_rate(scene, step), clamps, real=step.real, frictionless=frozen
+    )

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from knotfem.scene.effects import Inertia
 from knotfem.scene.model import Scene
 from knotfem.scene.steps import Loaded
 
@@ -131,3 +132,20 @@ def rod_friction(scene: Scene) -> np.ndarray:
 def obstacle_friction(scene: Scene) -> np.ndarray:
     """Coefficients of the rods on each obstacle, shape [obstacles, rods]."""
     return np.array([[scene.friction_between(rod.name, o.name) for rod in scene.rods] for o in scene.obstacles])
+
+
+def idle_effects(scene: Scene) -> list[str]:
+    """Warnings of what a scene gives and no step takes up, since none goes in real time."""
+    if any(step.real for step in scene.steps) or not scene.steps:
+        return []
+    given = {
+        "drag": scene.drag is not None,
+        "inertia": scene.inertia != Inertia(),
+        "effects.viscous_drag": scene.effects.viscous_drag is not None,
+        "rods.material.relaxation_time": any(rod.material.relaxation_time > 0.0 for rod in scene.rods),
+    }
+    return [
+        f'{key} changes nothing: it acts in real time only, and no step has rate = "real"'
+        for key, there in given.items()
+        if there
+    ]

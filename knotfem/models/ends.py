@@ -9,7 +9,7 @@ import numpy as np
 from knotfem.geometry.vectors import unit
 from knotfem.models.base import SIDES, Model, RigidMotion
 from knotfem.models.conditions import dead_load, following_load, ramp, turn_angle
-from knotfem.scene.steps import AnyEnd, Clamped, Driven, Free, Loaded, Pinned, Pull, Step, Turn, Turned
+from knotfem.scene.steps import AnyEnd, Clamped, Driven, Free, Loaded, Pinned, Pull, Relax, Step, Turn, Turned
 from knotfem.solver.constraints import Clamp, Prescribed
 from knotfem.solver.state import State
 from knotfem.solver.term import Term
@@ -38,7 +38,7 @@ class Ends:
     @property
     def supports(self) -> dict[str, np.ndarray]:
         """Nodes of each held or driven end by its label."""
-        return {motion.label: motion.nodes for motion in self.prescribed}
+        return {motion.label: motion.nodes for motion in self.prescribed if motion.label}
 
 
 def ends_of(model: Model, step: Step, origin: State, before: dict[str, np.ndarray]) -> Ends:
@@ -52,9 +52,18 @@ def ends_of(model: Model, step: Step, origin: State, before: dict[str, np.ndarra
                 _add_load(ends, model, (rod, side), end, label, step, origin, before.get(label, np.zeros(3)))
             elif not isinstance(end, Free):
                 _add_constraint(ends, model, (rod, side), end, step, origin)
+    if isinstance(step, Relax) and step.frozen:
+        ends.prescribed += [_frozen(model, rod, origin) for rod in range(len(model.rods))]
     driven = ends.supports
     ends.drives.sort(key=lambda drive: drive[0] not in driven)
     return ends
+
+
+def _frozen(model: Model, rod: int, origin: State) -> Prescribed:
+    """The centreline of a rod, which stays where it is."""
+    nodes = model.axis_nodes(rod)
+    places = origin.x[nodes, :3].copy()
+    return Prescribed(nodes, lambda time: places)
 
 
 def _add_constraint(ends: Ends, model: Model, place: tuple[int, str], end: AnyEnd, step: Step, origin: State) -> None:

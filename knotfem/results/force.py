@@ -122,6 +122,30 @@ def force_curve(run: RunData, label: str | None = None) -> ForceCurve:
     return ForceCurve(name, run, steps, np.concatenate(displacement), np.concatenate(force), spans, unbalanced)
 
 
+def unrest_notes(run: RunData) -> list[str]:
+    """In words, for each pull in real time, where drag and inertia carried more than the scene's tolerance allows.
+
+    Args:
+        run: that has taken a loading step.
+    """
+    table, tolerance, notes = run.table("force"), run.scene.quasi_static.tolerance, []
+    for step in run.scene.loading_steps:
+        rows = np.flatnonzero(table["step"] == step.name) if table else np.zeros(0, dtype=int)
+        if not isinstance(step, Pull) or not step.real or not rows.size:
+            continue
+        went, moving = table["displacement_mm"][rows], table["equilibrium"][rows] == 0
+        far = sum(last - first for first, last in stretches_of(moving, went))
+        if far == 0.0:
+            continue
+        share = table["unrest_N"][rows] / np.maximum(np.abs(table["force_N"][rows]), 1e-300)
+        worst = int(np.argmax(np.where(moving, share, 0.0)))
+        notes.append(
+            f"{step.name} was not quasi-static: drag and inertia carried more than {tolerance:.2%} of the force over "
+            f"{far:.3g} of {went[-1]:.4g} mm, {share[worst]:.1%} at {went[worst]:.4g} mm"
+        )
+    return notes
+
+
 def stretches_of(marked: np.ndarray, displacement: np.ndarray) -> list[tuple[float, float]]:
     """Intervals of displacement [mm] that end in marked rows, each from the row before.
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from knotfem.errors import InputError
 from knotfem.results.base import RunData, displacement_of
-from knotfem.results.force import ForceCurve, force_curve
+from knotfem.results.force import ForceCurve, force_curve, unrest_notes
 from knotfem.results.profile import StoredStates, TensionProfile, stored_states
 from knotfem.results.states import RunState
 from knotfem.run.checkpoint import RunCheckpoint
@@ -122,6 +122,11 @@ class Run(RunData):
     def events(self) -> Arrays:
         """Jumps of the rods from one branch of equilibria to another: columns of events.csv, none in real time."""
         return dict(self.table("events"))
+
+    @property
+    def notes(self) -> list[str]:
+        """What a reader of the force curve should know, in words: where it is not one of equilibria."""
+        return unrest_notes(self)
 
     @property
     def energy(self) -> EnergyCurve:

@@ -43,6 +43,13 @@ class Jump:
     released: float
     steps: int
 
+    def __str__(self) -> str:
+        return (
+            f"jump at {self.displacement:.4g} mm, {self.rod} moves by {self.moved:.3g} mm at s/L = "
+            f"{self.arclength_fraction:.2f}, force {self.force_before:.4g} to {self.force_after:.4g} N, "
+            f"{self.released:.3g} N mm released"
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class Mark:

@@ -117,6 +117,7 @@ class Recorder:
         self.stretches: list[np.ndarray] = []
         self._series: SeriesSink | None = None
         self._stored_before = 0
+        self._own = own_columns(self.model.terms)
 
     def begin(self, checkpoint: RunCheckpoint | None = None) -> None:
         """Start tables and summary, or go on from those of a checkpoint.
@@ -126,7 +127,7 @@ class Recorder:
         """
         columns = {
             "tie": TIE_COLUMNS,
-            "force": (*FORCE_COLUMNS, *FORCE_EXTRA, *own_columns(self.model.terms)),
+            "force": (*FORCE_COLUMNS, *FORCE_EXTRA, *self._own),
             "tension": (*TENSION_COLUMNS, *TENSION_EXTRA),
             "contacts": CONTACT_COLUMNS,
             **({"twist": TWIST_COLUMNS} if self.model.segments else {}),
@@ -208,7 +209,7 @@ class Recorder:
         )
 
     def _step(self, event: TimeStepDone) -> None:
-        record = force_row(event)
+        record = {**dict.fromkeys(self._own, 0.0), **force_row(event)}
         self.summary.count(event)
         if not isinstance(event.step, Relax):
             self.tables["force"].append(record)

@@ -271,6 +271,9 @@ class Simulation:
             figures = self.balance.update(equations, accepted, underway.origin)
             resting = rest is not None and rest.reached(self.state.time, self.balance.energies, figures)
             last = resting or (accepted.at_output and schedule.over(self.state.time))
+            jump = watch.update(step.name, accepted, figures, self.balance.energies)
+            if jump is not None and not isinstance(step, Relax):
+                self.notify(f"{step.name}: {jump}")
             yield TimeStepDone(
                 step,
                 accepted,
@@ -282,7 +285,7 @@ class Simulation:
                 output=accepted.at_output or last,
                 last=last,
                 equilibrium=schedule.in_equilibrium(accepted, figures),
-                jump=watch.update(step.name, accepted, figures, self.balance.energies),
+                jump=jump,
             )
             lost = (accepted.at_output or last or watch.wandered(self.state.x)) and self._lost(step)
             if resting or (lost and isinstance(step, Release)):

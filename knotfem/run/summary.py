@@ -59,6 +59,7 @@ class Summary:
             "max_drag_force_N": 0.0,
             "max_rate_force_over_force": 0.0,
             "events": 0,
+            "settling": {step.name: step.way for step in model.scene.tying_steps},
             "knot_before": None,
             "knot_after": None,
             "final_force_N": 0.0,

@@ -70,10 +70,14 @@ class Scene(Table):
         return min(rod.material.youngs_modulus for rod in self.rods)
 
     @property
-    def tying_steps(self) -> tuple[Step, ...]:
+    def tying_steps(self) -> tuple[Relax, ...]:
         """The relaxing steps at the head: with the mapping, what tying means."""
-        count = next((i for i, step in enumerate(self.steps) if not isinstance(step, Relax)), len(self.steps))
-        return self.steps[:count]
+        found: list[Relax] = []
+        for step in self.steps:
+            if not isinstance(step, Relax):
+                break
+            found.append(step)
+        return tuple(found)
 
     @property
     def loading_steps(self) -> tuple[Step, ...]:
@@ -106,7 +110,7 @@ class Scene(Table):
     @field_validator("steps")
     @classmethod
     def _complete_steps(cls, steps: tuple[Step, ...], info: ValidationInfo) -> tuple[Step, ...]:
-        """Name the steps, mention every rod."""
+        """Name the steps, mention every rod, replace protocols by their stages."""
         if "rods" not in info.data:
             return steps
         rods = [rod.name for rod in info.data["rods"]]
@@ -118,9 +122,13 @@ class Scene(Table):
             name = step.name or _free_name(step.kind, taken)
             if name in (other.name for other in complete):
                 raise refusal("used twice", at=f"{index}.name", found=f'"{name}"', expected="a name of its own")
-            taken.add(name)
             ends = {rod: step.ends.get(rod, RodEnds()) for rod in rods}
-            complete.append(step.model_copy(update={"name": name, "ends": ends}))
+            stages = step.stages(name) if isinstance(step, Relax) else (step.model_copy(update={"name": name}),)
+            for stage in stages[1:]:
+                if stage.name in taken:
+                    raise refusal("used twice", at=f"{index}.name", found=f'"{stage.name}"', expected="another name")
+            taken |= {stage.name for stage in stages}
+            complete += [stage.model_copy(update={"ends": ends}) for stage in stages]
         return tuple(complete)
 
     @model_validator(mode="after")

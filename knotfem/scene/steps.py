@@ -180,6 +180,11 @@ class Relax(_Step):
 
     Attributes:
         kind: always "relax".
+        protocol: how friction comes to lie where it does. "overdamped": the rods move to rest as an overdamped body,
+            with friction. "free-twist": then the centrelines are frozen and friction is off until the sections have
+            turned to where they twist the rods least; then friction is on and the rods come to rest again. A scene that
+            is read has three steps in its place.
+        frozen: whether the centrelines stay where they are and nothing rubs, so that only sections turn.
         kinetic_over_elastic: in real time, at rest once the kinetic energy is below this fraction of the elastic one.
         longest: in real time, after which a rod that does not come to rest is given up [s].
     """
@@ -187,8 +192,33 @@ class Relax(_Step):
     limit: ClassVar[str] = "longest"
 
     kind: Literal["relax"]
+    protocol: Literal["overdamped", "free-twist"] = "overdamped"
+    frozen: Flag = False
     kinetic_over_elastic: Annotated[Number, Field(gt=0.0)] = 1e-6
     longest: PositiveDuration = 100.0
+
+    @property
+    def way(self) -> str:
+        """How it comes to rest."""
+        if self.frozen:
+            return "sections turn, centrelines frozen, without friction"
+        return "in real time" if self.real else "overdamped, with friction"
+
+    def stages(self, name: str) -> tuple[Relax, ...]:
+        """The steps that its protocol consists of.
+
+        Args:
+            name: of the first of them.
+        """
+        if self.protocol == "overdamped":
+            return (self.model_copy(update={"name": name}),)
+        plain = self.model_copy(update={"protocol": "overdamped"})
+        later = plain.model_copy(update={"friction_schedule": ()})
+        return (
+            plain.model_copy(update={"name": name}),
+            later.model_copy(update={"name": f"{name}-twist", "frozen": True}),
+            later.model_copy(update={"name": f"{name}-again"}),
+        )
 
 
 class Pull(_Step):

@@ -24,7 +24,7 @@ class System:
     Args:
         terms: in the order in which they are assembled; a term stands behind those that it builds on. Inertia is left
             out where the scheme has none, and what the conditions leave no room for: in real time numerical drag,
-            otherwise viscous terms and inertia.
+            otherwise viscous terms and inertia, and friction where they say so.
         unknowns: of all nodes.
         solver: linear solver.
         scheme: time integration scheme.
@@ -50,6 +50,8 @@ class System:
     ) -> None:
         self.conditions = Conditions() if conditions is None else conditions
         absent = {Role.NUMERICAL} if self.conditions.real else {Role.RESISTANCE, Role.INERTIA}
+        if self.conditions.frictionless:
+            absent.add(Role.FRICTION)
         self.terms = [t for t in terms if t.role not in absent and (scheme.inertial or t.role is not Role.INERTIA)]
         self._left_out = [term for term in terms if term not in self.terms]
         self.nodes, self.width = unknowns.nodes, unknowns.width

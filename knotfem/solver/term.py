@@ -58,12 +58,14 @@ class Conditions:
         drag: rate of the drag on the mass in real time [1/s]; None for the term's own.
         clamps: ends of discrete rods whose orientation is given.
         real: whether it goes in real time; otherwise there is no velocity.
+        frictionless: whether nothing rubs, whatever the coefficients; friction then begins anew.
     """
 
     friction: History | None = None
     drag: float | None = None
     clamps: Sequence[Clamp] = ()
     real: bool = True
+    frictionless: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -69,7 +69,7 @@ SWITCHES: dict[str, Callable[[Scene], list[str]]] = {
     "cylinder friction": _obstacle_friction,
     VISCOUS_DRAG.name: lambda scene: ["effects.viscous_drag=none"],
 }
-"""Overrides that take an effect out of a scene; loads and numerical drag are no effects that a scene could do without."""
+"""Overrides that take an effect out of a scene; it could not do without loads and numerical drag."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,7 @@ import pytest
 from knotfem.errors import InputError
 from knotfem.geometry.curve import NaturalSpline
 from knotfem.geometry.nurbs import Nurbs
-from knotfem.geometry.readers import read_centreline, read_csv, read_nurbs
+from knotfem.geometry.readers import read_centreline, read_csv, read_nurbs, unused_columns
 
 CLAMPED = [[0, 0, 0, 1], [1, 0, 0, 1], [2, 1, 0, 0.5], [2, 2, 1, 1], [3, 2, 1, 1]]
 
@@ -24,6 +24,7 @@ def test_reads_csv_with_comments(tmp_path: Path) -> None:
     [
         ("0,0,0\n1,0,0\n", "line 1 is not the header; found 0,0,0; expected x,y,z"),
         ("x,y,z\n0,0,0\n1,0\n", "line 3 is not a point; found 1,0"),
+        ("x,y,z,angle\n0,0,0,0\n1,0,0\n", "line 3 is not a point; found 1,0,0; expected 4 numbers x,y,z,angle"),
         ("x,y,z\n0,0,0\n1,0,zero\n", "line 3 is not a point"),
         ("x,y,z\n0,0,0\n1,0,0\n2,0,nan\n3,0,0\n", "point 3 is not finite"),
         ("x,y,z\n0,0,0\n1,0,0\n2,0,0\n", "too few points; found 3; expected at least 4"),
@@ -107,3 +108,13 @@ def test_refuses_broken_text(tmp_path: Path, name: str) -> None:
     (tmp_path / name).write_text("{ points = ")
     with pytest.raises(InputError, match=r"broken (JSON|TOML)"):
         read_centreline(tmp_path / name)
+
+
+def test_further_columns_are_named_and_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "twisted.csv"
+    path.write_text("# of another program\nx,y,z,angle\n0,0,0,0.1\n1,0,0,0.2\n2,0,1e-1,0.3\n3,1,0,0.4\n")
+    assert unused_columns(path) == ["angle"]
+    assert read_csv(path).tolist() == [[0, 0, 0], [1, 0, 0], [2, 0, 0.1], [3, 1, 0]]
+    plain = tmp_path / "plain.csv"
+    plain.write_text("x,y,z\n0,0,0\n1,0,0\n2,0,0\n3,0,1\n")
+    assert unused_columns(plain) == []

@@ -71,7 +71,10 @@ def test_relaxing_takes_energy_whatever_loading_keeps(inertia, relaxing, loading
     scene = load_scene("overhand", [*REAL, f"inertia.{inertia}"])
     relax, pull = scene.steps
     assert (type(make_scheme(scene, relax)), type(make_scheme(scene, pull))) == (relaxing, loading)
-    assert type(make_scheme(load_scene("overhand", [*REAL, f"inertia.{inertia}", "inertia.relaxing=hht"]), pull)) is loading
+    assert (
+        type(make_scheme(load_scene("overhand", [*REAL, f"inertia.{inertia}", "inertia.relaxing=hht"]), pull))
+        is loading
+    )
 
 
 def test_there_is_no_inertia_where_there_is_no_real_time():

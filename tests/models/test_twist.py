@@ -28,3 +28,10 @@ def test_a_twisted_rod_between_clamps_bears_the_torque_of_its_twist(model, error
 def test_a_rod_is_free_of_twist_unless_the_scene_gives_it_some():
     torque = kf.pull("cantilever", {**STRAIGHT, "model": "rod"}).table("tension")["torque_Nmm"]
     np.testing.assert_allclose(torque, 0.0, atol=1e-12)
+
+
+def test_a_material_angle_in_the_file_of_a_curve_is_said_to_be_unused(tmp_path):
+    path = tmp_path / "twisted.csv"
+    path.write_text("x,y,z,angle\n" + "".join(f"0,0,{z},{0.1 * z}\n" for z in range(0, 200, 20)))
+    said = kf.check("cantilever", {**STRAIGHT, "model": "rod", "rods.0.centerline": str(path)})["warnings"]
+    assert any('the column "angle" is not used (the twist of a rod is rods.twist)' in line for line in said)

@@ -15,12 +15,12 @@ from knotfem.solver.state import State
 from knotfem.solver.stepping.controller import StepController
 from knotfem.solver.stepping.integrator import AcceptedStep, Continuation, integrate
 from knotfem.solver.stepping.pace import Outcome, Pace, Trial
-from knotfem.solver.stepping.quasi_static import NUMERICAL_DRAG, QuasiStatic
+from knotfem.solver.stepping.quasi_static import DRAG_RATE, QuasiStatic
 from knotfem.solver.system import System
 from knotfem.solver.term import Conditions
 from knotfem.solver.unknowns import Unknowns
 from knotfem.sparse.linear import make_solver
-from knotfem.terms.inertia import Drag, Inertia
+from knotfem.terms.inertia import Inertia, NumericalDrag
 
 ONE = Sections.single(np.zeros(1, dtype=int))
 LOADS = StepController(first=0.01, smallest=1e-7, largest=1.0, move=0.2)
@@ -33,7 +33,7 @@ AFTER = 2.0 / np.sqrt(3.0)
 
 def pacing(mass: float = 1e-6, tolerance: float = 0.002, **changed) -> QuasiStatic:
     """Of a point."""
-    return replace(QuasiStatic(LOADS, mass, 1.0, tolerance, 1e-6), **changed)
+    return replace(QuasiStatic(LOADS, mass, 1.0, tolerance, 1e-6, LOADS.move), **changed)
 
 
 def snapping(spring, push, rule: QuasiStatic, mass: float = 1e-6, end: float = 1.0):
@@ -42,11 +42,11 @@ def snapping(spring, push, rule: QuasiStatic, mass: float = 1e-6, end: float = 1
     force = push(lambda time: np.array([time, 0.0, 0.0]))
     fixed = np.array([[False, True, True]])
     system = System(
-        [springs, Drag(np.array([mass])), force],
+        [springs, NumericalDrag(np.array([mass]), DRAG_RATE), force],
         Unknowns(1, fixed=fixed),
         make_solver("superlu"),
         Scheme(),
-        conditions=Conditions(drag=NUMERICAL_DRAG),
+        conditions=Conditions(real=False),
     )
     newton = Newton(ForceTolerance(1e-9, 1e-9), largest_move=0.5)
     times = np.linspace(0.0, end, 11)[1:]

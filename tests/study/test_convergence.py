@@ -169,8 +169,8 @@ def test_reference_that_lacks_series_recommends_nothing(study, folder, tmp_path)
     assert (part.cheapest(0.5), part.front) == (None, [])
     (line, *_) = tables.recommendations(part)
     assert line == (
-        "nothing is recommended: the reference lacks section, step, penalty, tolerance, sampling, stick, rate, settling; "
-        "run these series too, or uniform"
+        "nothing is recommended: the reference lacks section, step, penalty, tolerance, sampling, stick, rate, "
+        "settling; run these series too, or uniform"
     )
     with pytest.raises(InputError, match="nothing bounds the reference; found limits of slice added up; lacks"):
         records.record_of(part)

@@ -82,9 +82,7 @@ class DiscreteRods:
             self.bend,
             self.twist,
             *(self.damping or ()),
-            *mass_terms(
-                lambda: self.mass, inertia=inertia, drag=drag, numerical_drag=numerical_drag, gravity=gravity
-            ),
+            *mass_terms(lambda: self.mass, inertia=inertia, drag=drag, numerical_drag=numerical_drag, gravity=gravity),
             *contact_terms(None if contact is None else self._contact_parts(contact), obstacles),
         )
         own = {label: term.history() for label, term in labelled([self.frames, self.stretch])}

@@ -21,7 +21,7 @@ from knotfem.models.base import (
 )
 from knotfem.models.conditions import conditions_of, make_scheme
 from knotfem.models.described import described
-from knotfem.models.effects import absent_effects
+from knotfem.models.effects import absent_effects, idle_effects
 from knotfem.models.ends import ends_of
 from knotfem.models.rod.build import coarse, make_rods
 from knotfem.models.rod.fields import tube_fields, tube_mesh
@@ -72,7 +72,7 @@ class RodModel(Model):
         self.terms += self._further
         self.absent = absent_effects(scene)
         self.obstacle_names = [obstacle.name for obstacle in obstacles]
-        self.warnings = [*(warning for rod in initial for warning in rod.target.warnings), *coarse(scene)]
+        self.warnings = [*(warning for rod in initial for warning in rod.target.warnings), *coarse(scene), *idle_effects(scene)]
         self._tied = bool(source)
         self._initial = self._held(initial_ends=[rod.ends for rod in initial])
         self.discrete.load(self._initial)

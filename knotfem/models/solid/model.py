@@ -12,7 +12,7 @@ from knotfem.mesh.section import Section
 from knotfem.models.base import Additions, EndNodes, Equations, Increment, Model, RigidMotion, Row, made_terms
 from knotfem.models.conditions import conditions_of, make_scheme
 from knotfem.models.described import described
-from knotfem.models.effects import absent_effects
+from knotfem.models.effects import absent_effects, idle_effects
 from knotfem.models.ends import ends_of
 from knotfem.models.newton import newton_of
 from knotfem.models.series import Fields, SeriesMesh
@@ -59,7 +59,7 @@ class SolidModel(Model):
         self.terms += made_terms(self, extra)
         self.absent = absent_effects(scene)
         self.obstacle_names = [obstacle.name for obstacle in obstacles]
-        self.warnings = self.body.warnings
+        self.warnings = [*self.body.warnings, *idle_effects(scene)]
 
     def describe(self) -> dict[str, str]:
         return described(self.terms, self.scene)

@@ -115,6 +115,7 @@ class _Solve:
         self.imbalance = Imbalance()
         self._excess = self._moved = np.inf
         self._whole = self._reused = False
+        self._shortened_much = 0
 
     def run(self, x: np.ndarray) -> Solution:
         system, newton = self.system, self.newton
@@ -190,5 +191,9 @@ class _Solve:
             return 1.0
         slope = float(np.sum(np.where(system.fixed, 0.0, residual) * du))
         fraction = self.newton.line_search.fraction(lambda part: system.merit(x + part * du), slope)
+        if fraction < self.newton.line_search.much:
+            self._shortened_much += 1
+            if self._shortened_much % 2 == 0:
+                fraction = 1.0
         self.damping = rule.raised(self.damping) if fraction < 1.0 else rule.lowered(self.damping)
         return fraction

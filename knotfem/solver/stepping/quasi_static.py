@@ -9,7 +9,7 @@ import numpy as np
 from knotfem.solver.stepping.controller import StepController, reached
 from knotfem.solver.stepping.pace import Outcome, Pace, Trial
 
-NUMERICAL_DRAG = 1.0
+DRAG_RATE = 1.0
 """Rate of the numerical drag [1/s]. Only its product with the speed of the rods means anything, and that is adapted."""
 
 
@@ -69,7 +69,7 @@ class QuasiStatic:
     @property
     def first_dt(self) -> float:
         """Time in which B/r^2 would carry the whole mass by the move that settling aims at, against the drag [s]."""
-        return NUMERICAL_DRAG * self.mass * self.move / self.force
+        return DRAG_RATE * self.mass * self.move / self.force
 
     def allowance(self, load: float) -> float:
         """What viscous terms and inertia may carry in an equilibrium [N]."""
@@ -116,7 +116,7 @@ class QuasiStatic:
                 pace, advance=self.loads.next_length(pace.advance, trial.advance, outcome, grow), slowness=slowness
             )
         if balanced:
-            dt = NUMERICAL_DRAG * self.mass * self.loads.move / (self.fraction * allowance)
+            dt = DRAG_RATE * self.mass * self.loads.move / (self.fraction * allowance)
             return replace(pace, settling=False, dt=dt, due=False)
         return replace(pace, settling=True, dt=self._settling_time(pace, trial, outcome), due=due)
 

@@ -31,7 +31,8 @@ def test_both_models_sag_alike():
             "cantilever",
             [
                 f"model={model}", "rods.0.length=80 mm", "rods.0.mesh.section_elements=4", "solver.threads=1",
-                "rods.0.mesh.element_length=4 mm", "rods.0.core=none", "steps.0.rate=real", "inertia.scheme=backward-euler",
+                "rods.0.mesh.element_length=4 mm", "rods.0.core=none", "steps.0.rate=real",
+                "inertia.scheme=backward-euler",
                 "tie.increments=1", "output.fields=false", "steps.0.duration=0.2 s",
                 "effects.viscous_drag={normal='600 Pa s', tangential='300 Pa s'}",
             ],
