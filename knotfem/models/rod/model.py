@@ -72,7 +72,11 @@ class RodModel(Model):
         self.terms += self._further
         self.absent = absent_effects(scene)
         self.obstacle_names = [obstacle.name for obstacle in obstacles]
-        self.warnings = [*(warning for rod in initial for warning in rod.target.warnings), *coarse(scene), *idle_effects(scene)]
+        self.warnings = [
+            *(warning for rod in initial for warning in rod.target.warnings),
+            *coarse(scene),
+            *idle_effects(scene),
+        ]
         self._tied = bool(source)
         self._initial = self._held(initial_ends=[rod.ends for rod in initial])
         self.discrete.load(self._initial)
