@@ -66,7 +66,7 @@ def test_accuracy_takes_what_cost_stored(measured, tmp_path, monkeypatch):
     )
     assert result.exit_code == 0, result.output
     assert "5.00% in the force: settings of " in result.stderr
-    assert "(model fem, quasi-static, element hex8-reduced, section of " in result.stderr
+    assert "(model fem, element hex8-reduced, section of " in result.stderr
     ((scene, run),) = pulled
     assert (scene.contact.friction, scene.accuracy.wanted) == (0.2, 0.05)
     assert load_scene(run.scene_file) == scene

@@ -28,7 +28,8 @@ class Names:
 
 @pytest.fixture
 def summary() -> Summary:
-    model: Any = SimpleNamespace(diameter=6.0, absent={}, dofs=30, hexes=4, segments=0)
+    scene = SimpleNamespace(tying_steps=())
+    model: Any = SimpleNamespace(scene=scene, diameter=6.0, absent={}, dofs=30, hexes=4, segments=0)
     return Summary(model)
 
 

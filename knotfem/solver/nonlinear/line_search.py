@@ -23,9 +23,9 @@ class Armijo:
         whole_below: longest move [mm] of a step that is always taken whole. Friction has no potential, and near the
             solution the merit rejects good steps: 38 iterations for each mm and 5 failures without this bound, 3 and
             none with it.
-        much: a step that would be shortened below this fraction is taken whole every second time. The merit also rejects
-            long steps along a soft motion, such as the swing of a free tail, from which Newton's method converges at
-            once: with it the first 6 mm of the bowline take 922 factorisations instead of 1191. 0 for never.
+        much: a step that would be shortened below this fraction is taken whole every second time. The merit rejects
+            long steps along a soft motion, such as the swing of a free tail, from which Newton's method converges:
+            with it the first 6 mm of the bowline take 922 factorisations instead of 1191. 0 for never.
     """
 
     decrease: float = 1e-4
