@@ -11,7 +11,7 @@ from curves import Curve, force_curve, sag_curve
 
 FLOOR = 0.05
 """Share of a table's largest value below which deviations are not relative to the value itself."""
-TOLERANCES = {"fem": 0.005, "rod": 0.003}
+TOLERANCES = {"fem": 0.005, "rod": 0.002}
 """Largest relative deviation of a model's short curves; that of a rod's is below what 3 % of twisting stiffness do."""
 WHOLE_TOLERANCES = {"fem": 0.005, "rod": 0.01}
 """The same of whole ones, in which another rounding may lead to other steps."""
