@@ -16,8 +16,8 @@ def test_whole_curve_pinned(name):
     assert pin.deviation(pin.run()) < pin.tolerance
 
 
-@pytest.mark.parametrize(("scene", "bound"), [("overhand", 0.05), ("bowline", 0.08)])
+@pytest.mark.parametrize(("scene", "bound"), [("overhand", 0.08), ("bowline", 0.04)])
 def test_whole_tables_of_rod_and_solid_pinned(scene, bound):
-    """The tables of both models: 4 % apart at most for the overhand, 7 % for the bowline at its very end."""
+    """The tables of both models: 3 % apart at most for the bowline, 8 % for the overhand, 6 % but for one point."""
     rod, solid = (PINS[f"{scene}-{model}-whole"].read() for model in ("rod", "fem"))
     assert deviation(rod, solid) < bound
