@@ -153,7 +153,7 @@ class EnergyBalance:
         system, total = equations.system, _sum(forces, x)
         reactions = {label: _resultant(total[nodes]) for label, nodes in equations.supports.items()}
         imbalance = _imbalance(system, forces, reactions)
-        loads = _sum_of(Role.LOAD, system, forces, x)
+        loads = _sum_of((Role.LOAD,), system, forces, x)
         for label, nodes, _ in equations.drives:
             reactions.setdefault(label, -_resultant(loads[nodes]))
         self.end_forces = {label: value.tolist() for label, value in reactions.items()}
@@ -164,7 +164,7 @@ class EnergyBalance:
             force = float(reactions[label] @ direction)
         contacts = system.having(Role.CONTACT)
         viscous = _sum_of(VISCOUS, system, forces, x)
-        dynamic = viscous + _sum_of(Role.INERTIA, system, forces, x)
+        dynamic = viscous + _sum_of((Role.INERTIA,), system, forces, x)
         return StepFigures(
             force,
             displacement,
@@ -190,7 +190,7 @@ def inertial_work(system: System, before: Forces, after: Forces, dx: np.ndarray)
         after: the same at its end.
         dx: move of the step, shape [nodes, width].
     """
-    start, end = (_sum_of(Role.INERTIA, system, forces, dx) for forces in (before, after))
+    start, end = (_sum_of((Role.INERTIA,), system, forces, dx) for forces in (before, after))
     others = _sum(after, dx) - end - (_sum(before, dx) - start)
     balancing = np.where(system.fixed, 0.5 * (start + end), end + (0.5 - system.scheme.alpha_f) * others)
     return float(np.sum(balancing * dx))
@@ -241,9 +241,8 @@ def _labels(system: System, *roles: Role) -> list[str]:
     return [label for label, term in system.labels.items() if term.role in roles]
 
 
-def _sum_of(roles: Role | tuple[Role, ...], system: System, forces: Forces, like: np.ndarray) -> np.ndarray:
+def _sum_of(roles: tuple[Role, ...], system: System, forces: Forces, like: np.ndarray) -> np.ndarray:
     """Sum of the residuals of all terms of some roles, shape [nodes, width]."""
-    roles = (roles,) if isinstance(roles, Role) else roles
     return _sum({label: forces[label] for label in _labels(system, *roles)}, like)
 
 

@@ -136,12 +136,17 @@ def _says(scene: Scene, target: float, record: Record, setting: Setting) -> str:
     window = f" for a pull of {record.window:.3g} d" if record.window else ""
     return (
         f"{target:.2%} in the {record.quantity}: settings of {setting.level} ({', '.join(_figures(scene, setting))}), "
-        f"measured on {record.scene} against the reference of the model {record.model} "
+        f"measured on {record.scene}{_driven(setting)} against the reference of the model {record.model} "
         f"({record.date}, knotfem {record.version}): error {setting.error:.2%} +- {setting.uncertainty:.2%}, "
         f"{duration(setting.wall_s)} there ({record.machine.get('processor', 'another machine')}, "
         f"{record.machine.get('processors', 1)} processors){window}"
         + (f"; an extrapolation: {', '.join(extrapolated)}" if extrapolated else "")
     )
+
+
+def _driven(setting: Setting) -> str:
+    """That no quasi-static steps were measured, where that is so."""
+    return " before there were quasi-static steps," if setting.rate is None else ""
 
 
 def _differences(scene: Scene, record: Record) -> list[str]:
@@ -174,8 +179,8 @@ def _figures(scene: Scene, setting: Setting) -> list[str]:
         f"step {setting.move:g} d",
         *penalty,
         f"tolerance {_tolerance(scene, setting):.4g} N",
-        f"at most {setting.rate:.3g} of the load carried by drag",
-        f"settling by {setting.settling:.3g} d a step",
+        *([] if setting.rate is None else [f"at most {setting.rate:.3g} of the load carried by drag"]),
+        *([] if setting.settling is None else [f"settling by {setting.settling:.3g} d a step"]),
     ]
 
 
@@ -191,9 +196,11 @@ def _applied(scene: Scene, setting: Setting) -> list[str]:
         f"contact.stiffness_over_modulus={setting.stiffness!r}",
         f"contact.sample_spacing_over_diameter={setting.sample_spacing!r}",
         f"contact.stick_over_diameter={setting.stick!r}",
-        f"quasi_static.tolerance={setting.rate!r}",
-        f"quasi_static.settling_move_over_diameter={setting.settling!r}",
     ]
+    if setting.rate is not None:
+        overrides.append(f"quasi_static.tolerance={setting.rate!r}")
+    if setting.settling is not None:
+        overrides.append(f"quasi_static.settling_move_over_diameter={setting.settling!r}")
     for i, rod in enumerate(scene.rods):
         overrides += [
             f"rods.{i}.mesh.element={setting.element}",

@@ -33,8 +33,8 @@ class Setting:
         model: "fem" or "rod".
         element: formulation.
         section_elements: of the cross-section.
-        element_length, move, tolerance, stiffness, sample_spacing, stick, rate, settling: without dimension; the last
-            two are those of `scene.QuasiStatic`.
+        element_length, move, tolerance, stiffness, sample_spacing, stick: without dimension.
+        rate, settling: tolerance and move of `scene.QuasiStatic`; None where no quasi-static steps were measured.
     """
 
     level: str
@@ -52,8 +52,8 @@ class Setting:
     stiffness: float
     sample_spacing: float
     stick: float
-    rate: float
-    settling: float
+    rate: float | None = None
+    settling: float | None = None
 
     @property
     def bound(self) -> float:

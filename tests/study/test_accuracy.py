@@ -170,6 +170,14 @@ def test_what_equilibrium_means_is_taken_from_the_measurement(monkeypatch):
     assert accurate_overrides("bowline", real, "5%")[1].endswith("; an extrapolation: steps in real time")
 
 
+def test_what_was_measured_without_quasi_static_steps_says_so_and_leaves_them_alone(monkeypatch):
+    older = record("bowline", replace(COARSE, rate=None, settling=None))
+    monkeypatch.setattr(accuracy, "stored", lambda: [older])
+    overrides, says = accurate_overrides("bowline", [], "5%")
+    assert "measured on bowline before there were quasi-static steps, against" in says
+    assert not any(override.startswith("quasi_static") for override in overrides)
+
+
 def test_scene_with_its_accuracy_is_written_and_read_as_the_same(tmp_path):
     scene = load_scene("bowline", accurate_overrides("bowline", [], "5%")[0])
     (tmp_path / "scene.toml").write_text(scene_to_toml(scene))
