@@ -97,7 +97,9 @@ def tighten(n: int, friction: float, first: float, loops: Sequence[float]) -> li
     length = 2.0 * np.pi * first * 1.3 + 10.0 * (2 * n + 1) * np.sqrt(first)
     segments = int(RESOLUTION * length / np.sqrt(loops[-1]))
     spec = rubber(torus_knot(n, 1.0, first, segments, length), 1.0, 200.0 + axial_stiffness(YOUNGS, 1.0))
-    contact = ContactSpec(hertz_line_stiffness(YOUNGS, 0.5), friction, ramp=1.0 / 30.0, sample_spacing=0.25)
+    contact = ContactSpec(
+        hertz_line_stiffness(YOUNGS, 0.5), friction, ramp=1.0 / 30.0, stick=1.0 / 30.0, sample_spacing=0.25
+    )
     rods, ends = DiscreteRods([spec], contact, drag=20.0), np.array([0, segments])
     phase = Phase(rods, rods.initial, [held(ends, rods.initial.x[ends, :3])], scheme=BackwardEuler())
     _rest(phase, spec.bending)

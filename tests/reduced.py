@@ -41,6 +41,7 @@ YOUNGS, RADIUS = 1.425, 3.0
 BENDING, TWISTING = YOUNGS * np.pi * RADIUS**4 / 4.0, YOUNGS * np.pi * RADIUS**4 / 6.0
 MASS = 1.16e-9 * np.pi * RADIUS**2
 RUBBER = hertz_line_stiffness(YOUNGS, 0.5)
+STICK = RADIUS / 30.0
 SIDES = ("start", "end")
 Kind = TypeVar("Kind", bound=Term)
 
@@ -60,7 +61,7 @@ def spec(points: Array, **changed) -> RodSpec:
 
 def contact(friction: float | Array = 0.0, stiffness: float = RUBBER) -> ContactSpec:
     """Contact by Hertz's law in the default resolution."""
-    return ContactSpec(stiffness, friction, ramp=RADIUS / 30.0, sample_spacing=RADIUS / 4.0)
+    return ContactSpec(stiffness, friction, ramp=RADIUS / 30.0, stick=STICK, sample_spacing=RADIUS / 4.0)
 
 
 def peg(place: Sequence[float], axis: Sequence[float], radius: float, friction: float) -> Obstacle:

@@ -1,16 +1,16 @@
-"""Friction between discrete rods: a tangential spring for each pair, cut at mu N (Cundall and Strack 1979).
+"""Friction between discrete rods, mobilised over a stick distance.
 
-A pair remembers one material point of each rod that lay where they touch when the last step was accepted, and the
-elastic slip of then. With z their difference now (secondary minus primary), T = I - n n^T and (g1, g2) the basis of the
+A pair remembers one material point of each rod that lay where they touch when the last step was accepted, and the slip
+of then. With z their difference now (secondary minus primary), T = I - n n^T and (g1, g2) the basis of the
 contact plane along the secondary rod's tangent and across it,
 
     e = T z + e1 g1 + e2 g2          trial slip
-    traction = k e                   while k |e| <= mu N
-             = mu N e/|e|            beyond: the pair slides
+    traction = mu N psi(|e|/s) e/|e|
 
-and the force acts on those two material points, rolling and twisting included. On an accepted step the slip is cut to
-mu N/k where the pair slides, and both material points are reset to the current contact point, so that the contact may
-move along the rods and roll without end, while slip that is not cut stays.
+with psi of `knotfem.contact.law`, as between tubes, and the force acts on those two material points, rolling and
+twisting included. On an accepted step the slip is cut to the stick distance s where the pair slides, and both material
+points are reset to the current contact point, so that the contact may move along the rods and roll without end, while
+slip that is not cut stays.
 """
 
 from __future__ import annotations
@@ -32,17 +32,17 @@ from knotfem.contact.curve_pairs import (
     normal_rate,
     stencil_nodes,
 )
-from knotfem.contact.law import penalty, spring_energy
+from knotfem.contact.law import penalty
 from knotfem.contact.material_frames import Frames, FrameView
 from knotfem.contact.material_points import MaterialRoom, material_room
+from knotfem.contact.mobilisation import mobilisation_energy, mobilised, slip_stiffness
 from knotfem.contact.pairs import PairContact
 from knotfem.contact.samples import SampleView
 from knotfem.contact.slip import (
     SlipRoom,
-    SpringView,
+    SlipView,
     contact_basis,
     cut_slip,
-    release_slip,
     slip_rate,
     slip_room,
     traction_of,
@@ -99,7 +99,7 @@ def _pair_slip_room() -> PairSlipRoom:
 @kernel
 def _pair_slip(
     x: np.ndarray, frames: FrameView, curves: CurveView, samples: SampleView, points: np.ndarray,
-    pair: tuple[PairView, int], friction: SpringView, room: PairSlipRoom,
+    pair: tuple[PairView, int], friction: SlipView, room: PairSlipRoom,
 ) -> tuple[float, float, int]:  # fmt: skip
     """Trial slip of one pair into `room`; returns |q|, h of `curve_pair_geometry` and the anchor's first node."""
     pairs, k = pair
@@ -126,7 +126,7 @@ def _pair_slip(
 @kernel
 def _assemble(
     x: np.ndarray, frames: FrameView, curves: CurveView, samples: SampleView, contact: tuple[np.ndarray, PairView],
-    friction: SpringView, residual: np.ndarray, matrix: MatrixView,
+    friction: SlipView, residual: np.ndarray, matrix: MatrixView,
 ) -> bool:  # fmt: skip
     """Residual and tangent of the friction of all pairs. False where a block lies outside the pattern."""
     points, pairs = contact
@@ -139,7 +139,7 @@ def _assemble(
         friction.slip[k] = 0.0
         for i in range(3):
             friction.traction[k, i] = 0.0
-        _, pressure, slope = penalty(pairs.gap[k], pairs.stiffness, pairs.ramp)
+        _, pressure, slope = penalty(pairs.gap[k], pairs.law)
         carried = samples.measure[s] * pairs.weight[k]
         if carried * pressure == 0.0 or friction.mu[k] == 0.0:
             continue
@@ -147,8 +147,8 @@ def _assemble(
         friction.slip[k] = room.slip.size[0]
         own, anchor = friction.own[k], friction.anchor[k]
         base: int = samples.nodes[s, 0]
-        limit, spring = friction.mu[k] * carried * pressure, friction.spring * carried
-        slides = traction_of(room.slip, spring, limit, T)
+        limit = friction.mu[k] * carried * pressure
+        traction_of(room.slip, limit, friction.stick, T)
         rod: int = pairs.rod[k]
         between, lies = samples.between[s], between_middles(friction.u[k], ahead - curves.first[rod])
         material.material_gradient(base, between, samples.weights[s], frames, own, room.own, GP)
@@ -163,8 +163,9 @@ def _assemble(
             residual[rows[3 + c // 4], c % 4] -= GA[0, c] * T[0] + GA[1, c] * T[1] + GA[2, c] * T[2]
         if not matrix.wanted:
             continue
-        law = spring, limit, -friction.mu[k] * carried * slope
-        _pair_tangent(room, (GP, GA), samples.rates[s, 0], friction.stored[k], (size, h), law, slides)
+        slip_stiffness(room.slip.e, limit, friction.stick, room.slip.M)
+        law = friction.stick, -friction.mu[k] * carried * slope
+        _pair_tangent(room, (GP, GA), samples.rates[s, 0], friction.stored[k], (size, h), law)
         _add_curvature(frames, (base, between, ahead, lies), (own, anchor), room, T)
         if not add_blocks(matrix, rows, columns, room.block):
             return False
@@ -174,7 +175,7 @@ def _assemble(
 @kernel
 def _pair_tangent(
     room: PairSlipRoom, gradients: tuple[np.ndarray, np.ndarray], rates: np.ndarray, stored: np.ndarray,
-    geometry: tuple[float, float], law: tuple[float, float, float], slides: bool,
+    geometry: tuple[float, float], law: tuple[float, float],
 ) -> None:  # fmt: skip
     """Derivatives of the forces on the material points by all unknowns into `block`, without the points' curvature.
 
@@ -185,16 +186,15 @@ def _pair_tangent(
         room: of the pair.
         gradients: of the two material points, shape [3, 12] each.
         rates: weights of the secondary rod's derivative, shape [3].
-        stored: elastic slip of the last accepted step, shape [2].
+        stored: slip of the last accepted step, shape [2].
         geometry: |q| and h.
-        law: stiffness of the spring, limit, and the limit's slope with the gap.
-        slides: whether the pair slides.
+        law: stick distance, and the limit's slope with the gap.
     """
     GP, GA = gradients
     size, h = geometry
     pair, n, D, block = room.pair, room.pair.n, room.D, room.block
     by_z, by_n, by_along, by_limit = room.by[0], room.by[1], room.by[2], room.by_limit
-    _traction_rates(room, stored, law, slides)
+    _traction_rates(room, stored, law)
     for c in range(12):
         node, part = c // 4, c % 4
         for i in range(3):
@@ -217,20 +217,20 @@ def _pair_tangent(
 
 
 @kernel
-def _traction_rates(room: PairSlipRoom, stored: np.ndarray, law: tuple[float, float, float], slides: bool) -> None:
+def _traction_rates(room: PairSlipRoom, stored: np.ndarray, law: tuple[float, float]) -> None:
     """Derivatives of the traction by z, n and the secondary rod's derivative into `by`, by the gap into `by_limit`."""
-    spring, limit, limit_slope = law
+    stick, limit_slope = law
     rates, de, dt, by = room.rates, room.de, room.dt, room.by
     for kind in range(3):
         for j in range(3):
             rates[:] = 0.0
             rates[kind, j] = 1.0
             slip_rate(room.pair.n, stored, room.slip, (rates[0], rates[1], rates[2]), de)
-            traction_rate(room.slip, spring, limit, slides, de, 0.0, dt)
+            traction_rate(room.slip, stick, de, 0.0, dt)
             for i in range(3):
                 by[kind, i, j] = dt[i]
     de[:] = 0.0
-    traction_rate(room.slip, spring, limit, slides, de, limit_slope, room.by_limit)
+    traction_rate(room.slip, stick, de, limit_slope, room.by_limit)
 
 
 @kernel
@@ -255,7 +255,7 @@ def _add_curvature(
 @kernel
 def _potential(
     x: np.ndarray, frames: FrameView, curves: CurveView, samples: SampleView, contact: tuple[np.ndarray, PairView],
-    friction: SpringView,
+    friction: SlipView,
 ) -> float:  # fmt: skip
     """Friction potential with the normal forces last assembled."""
     points, pairs = contact
@@ -266,15 +266,14 @@ def _potential(
         if limit == 0.0:
             continue
         _pair_slip(x, frames, curves, samples, points, (pairs, k), friction, room)
-        spring = friction.spring * samples.measure[pairs.sample[k]] * pairs.weight[k]
-        total += spring_energy(room.slip.size[0], spring, limit)
+        total += limit * friction.stick * mobilisation_energy(room.slip.size[0] / friction.stick)
     return total
 
 
 @kernel
 def _anchor_pairs(
     x: np.ndarray, frames: FrameView, curves: CurveView, samples: SampleView, contact: tuple[np.ndarray, PairView],
-    chosen: np.ndarray, friction: SpringView,
+    chosen: np.ndarray, friction: SlipView,
 ) -> None:  # fmt: skip
     """Reset both material points of the chosen pairs to the current contact point between the axes.
 
@@ -302,28 +301,17 @@ def _anchor_pairs(
 @kernel
 def _commit(
     x: np.ndarray, frames: FrameView, curves: CurveView, samples: SampleView, contact: tuple[np.ndarray, PairView],
-    friction: SpringView,
-) -> tuple[float, float]:  # fmt: skip
-    """Cut the slip of sliding pairs; returns what sliding has dissipated [N mm] and the elastic energy that stays.
-
-    The work of sliding is traction times cut, never negative; a pair whose normal force has fallen gives up the elastic
-    energy that it cannot hold any more.
-    """
+    friction: SlipView,
+) -> None:  # fmt: skip
+    """Cut the slip of sliding pairs, and forget that of pairs without friction."""
     points, pairs = contact
     room = _pair_slip_room()
-    lost, kept = 0.0, 0.0
     for k in range(pairs.sample.size):
-        stored = friction.stored[k]
-        spring = friction.spring * samples.measure[pairs.sample[k]] * pairs.weight[k]
-        limit = friction.mu[k] * pairs.force[k]
-        if limit == 0.0:
-            lost += release_slip(spring, stored)
+        if friction.mu[k] * pairs.force[k] == 0.0:
+            friction.stored[k, 0] = friction.stored[k, 1] = 0.0
             continue
         _pair_slip(x, frames, curves, samples, points, (pairs, k), friction, room)
-        work, energy = cut_slip(room.slip, spring, limit, stored)
-        lost += work
-        kept += energy
-    return lost, kept
+        cut_slip(room.slip, friction.stick, friction.stored[k])
 
 
 @dataclass(frozen=True, eq=False)
@@ -332,14 +320,14 @@ class CurveFriction:
 
     Attributes:
         frames: of the rods.
-        spring: tangential line stiffness [N/mm^2].
+        stick: distance over which friction is mobilised [mm].
     """
 
     frames: Frames
-    spring: float
+    stick: float
 
     def fresh(self, contact: PairContact, count: int) -> dict[str, np.ndarray]:
-        """Material points and elastic slip."""
+        """Material points and slip."""
         return {
             "own": np.zeros((count, 3)),
             "u": np.zeros(count),
@@ -347,43 +335,40 @@ class CurveFriction:
             "stored": np.zeros((count, 2)),
         }
 
-    def view(self, contact: PairContact, mu: np.ndarray, rows: dict[str, np.ndarray]) -> SpringView:
+    def view(self, contact: PairContact, mu: np.ndarray, rows: dict[str, np.ndarray]) -> SlipView:
         """See the law."""
         slip, traction = np.zeros(mu.size), np.zeros((mu.size, 3))
-        return SpringView(mu, rows["own"], rows["u"], rows["anchor"], rows["stored"], slip, traction, self.spring)
+        return SlipView(mu, rows["own"], rows["u"], rows["anchor"], rows["stored"], slip, traction, self.stick)
 
     def assemble(
-        self, x: np.ndarray, contact: PairContact, view: SpringView, residual: np.ndarray, matrix: MatrixView
+        self, x: np.ndarray, contact: PairContact, view: SlipView, residual: np.ndarray, matrix: MatrixView
     ) -> bool:
         """See the law."""
         where = contact.points, contact.pairs
         surface, samples = contact.surface.view, contact.samples.view
         return _assemble(x, self.frames.material_view, surface, samples, where, view, residual, matrix)
 
-    def potential(self, x: np.ndarray, contact: PairContact, view: SpringView) -> float:
+    def potential(self, x: np.ndarray, contact: PairContact, view: SlipView) -> float:
         """See the law."""
         where = contact.samples.places(x), contact.pairs
         return _potential(x, self.frames.material_view, contact.surface.view, contact.samples.view, where, view)
 
-    def commit(self, x: np.ndarray, contact: PairContact, view: SpringView) -> tuple[float, float]:
+    def commit(self, x: np.ndarray, contact: PairContact, view: SlipView) -> None:
         """See the law."""
         where, surface = (contact.points, contact.pairs), contact.surface.view
-        found = _commit(x, self.frames.material_view, surface, contact.samples.view, where, view)
+        _commit(x, self.frames.material_view, surface, contact.samples.view, where, view)
         self.anchor(x, contact, view, np.isfinite(contact.pairs.gap))
-        return found
 
-    def anchor(self, x: np.ndarray, contact: PairContact, view: SpringView, chosen: np.ndarray) -> None:
+    def anchor(self, x: np.ndarray, contact: PairContact, view: SlipView, chosen: np.ndarray) -> None:
         """See the law."""
         where, surface = (contact.points, contact.pairs), contact.surface.view
         _anchor_pairs(x, self.frames.material_view, surface, contact.samples.view, where, chosen, view)
 
-    def sliding(self, contact: PairContact, view: SpringView) -> np.ndarray:
-        """Whether the spring of each pair is at its limit, shape [pairs]."""
-        pairs = contact.pairs
-        stiffness = self.spring * contact.samples.view.measure[pairs.sample] * pairs.weight
-        return (pairs.force > 0.0) & (stiffness * view.slip > (1.0 - 1e-9) * view.mu * pairs.force)
+    def sliding(self, contact: PairContact, view: SlipView) -> np.ndarray:
+        """Whether friction of each pair is fully mobilised, shape [pairs]."""
+        return mobilised(view.mu, view.traction, contact.pairs.force)
 
-    def stencils(self, contact: PairContact, view: SpringView) -> np.ndarray | None:
+    def stencils(self, contact: PairContact, view: SlipView) -> np.ndarray | None:
         """Nodes of the padded pairs and of their anchors."""
         near, pairs, curves = contact.near, contact.pairs, contact.surface.view
         out = np.empty((near.size, 9 + 2 * PAD), dtype=np.int64)

@@ -1,4 +1,4 @@
-"""Friction of discrete rods on a rigid surface, by springs.
+"""Friction of discrete rods on a rigid surface.
 
 The obstacle has no unknowns of its own; all else is as between rods. The derivative of the normal by the sample's place
 is the Hessian of the distance.
@@ -13,17 +13,17 @@ import numpy as np
 
 from knotfem.compiled import kernel
 from knotfem.contact import material_points as material
-from knotfem.contact.law import penalty, spring_energy
+from knotfem.contact.law import penalty
 from knotfem.contact.material_frames import Frames, FrameView
 from knotfem.contact.material_points import MaterialRoom, material_room
+from knotfem.contact.mobilisation import mobilisation_energy, mobilised, slip_stiffness
 from knotfem.contact.obstacle import ObstacleContact, TouchView
 from knotfem.contact.samples import SampleView
 from knotfem.contact.slip import (
     SlipRoom,
-    SpringView,
+    SlipView,
     contact_basis,
     cut_slip,
-    release_slip,
     slip_rate,
     slip_room,
     traction_of,
@@ -47,7 +47,7 @@ class SampleSlipRoom(NamedTuple):
 
 @kernel
 def _sample_slip(
-    x: np.ndarray, frames: FrameView, samples: SampleView, s: int, n: np.ndarray, friction: SpringView,
+    x: np.ndarray, frames: FrameView, samples: SampleView, s: int, n: np.ndarray, friction: SlipView,
     room: SampleSlipRoom,
 ) -> None:  # fmt: skip
     """Trial slip of a sample into `room`."""
@@ -62,7 +62,7 @@ def _sample_slip(
 
 @kernel
 def _assemble(
-    x: np.ndarray, frames: FrameView, samples: SampleView, touch: TouchView, friction: SpringView, residual: np.ndarray,
+    x: np.ndarray, frames: FrameView, samples: SampleView, touch: TouchView, friction: SlipView, residual: np.ndarray,
     matrix: MatrixView,
 ) -> bool:  # fmt: skip
     """Residual and tangent of the friction of samples of discrete rods near an obstacle."""
@@ -74,14 +74,14 @@ def _assemble(
         friction.slip[s] = 0.0
         for i in range(3):
             friction.traction[s, i] = 0.0
-        _, pressure, slope = penalty(touch.gap[k], touch.stiffness, touch.ramp)
+        _, pressure, slope = penalty(touch.gap[k], touch.law)
         if pressure == 0.0 or friction.mu[s] == 0.0:
             continue
         _sample_slip(x, frames, samples, s, n, friction, room)
         friction.slip[s] = room.slip.size[0]
         measure, base = samples.measure[s], samples.nodes[s, 0]
         limit = friction.mu[s] * measure * pressure
-        slides = traction_of(room.slip, friction.spring * measure, limit, T)
+        traction_of(room.slip, limit, friction.stick, T)
         material.material_gradient(base, samples.between[s], samples.weights[s], frames, friction.own[s], room.point, G)
         for i in range(3):
             friction.traction[s, i] = -T[i]
@@ -89,8 +89,9 @@ def _assemble(
             residual[base + c // 4, c % 4] += G[0, c] * T[0] + G[1, c] * T[1] + G[2, c] * T[2]
         if not matrix.wanted:
             continue
-        law = friction.spring * measure, limit, -friction.mu[s] * measure * slope
-        block = _sample_tangent(samples, s, (n, touch.turn[k]), G, friction.stored[s], law, slides, room)
+        slip_stiffness(room.slip.e, limit, friction.stick, room.slip.M)
+        law = friction.stick, -friction.mu[s] * measure * slope
+        block = _sample_tangent(samples, s, (n, touch.turn[k]), G, friction.stored[s], law, room)
         H = np.empty((12, 12))
         material.material_curvature(base, samples.between[s], frames, friction.own[s], room.point, T, H)
         block += H
@@ -102,7 +103,7 @@ def _assemble(
 @kernel
 def _sample_tangent(
     samples: SampleView, s: int, normal: tuple[np.ndarray, np.ndarray], G: np.ndarray, stored: np.ndarray,
-    law: tuple[float, float, float], slides: bool, room: SampleSlipRoom,
+    law: tuple[float, float], room: SampleSlipRoom,
 ) -> np.ndarray:  # fmt: skip
     """Derivatives of the force on a material point by its unknowns, the point's curvature left out, shape [12, 12].
 
@@ -111,13 +112,12 @@ def _sample_tangent(
         s: which one.
         normal: of the obstacle, and its derivative.
         G: gradient of the material point, shape [3, 12].
-        stored: elastic slip of the last accepted step, shape [2].
-        law: stiffness of the spring, limit, and the limit's slope with the gap.
-        slides: whether the sample slides.
+        stored: slip of the last accepted step, shape [2].
+        law: stick distance, and the limit's slope with the gap.
         room: of the slip.
     """
     n, turn = normal
-    spring, limit, limit_slope = law
+    stick, limit_slope = law
     block = np.empty((12, 12))
     dz, dn, dalong, de, dT = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     for c in range(12):
@@ -133,7 +133,7 @@ def _sample_tangent(
                 dn[i] = weight * turn[i, part]
             dalong[part] = samples.rates[s, 0, node]
         slip_rate(n, stored, room.slip, (dz, dn, dalong), de)
-        traction_rate(room.slip, spring, limit, slides, de, limit_slope * dgap, dT)
+        traction_rate(room.slip, stick, de, limit_slope * dgap, dT)
         for a in range(12):
             block[a, c] = G[0, a] * dT[0] + G[1, a] * dT[1] + G[2, a] * dT[2]
     return block
@@ -141,7 +141,7 @@ def _sample_tangent(
 
 @kernel
 def _potential(
-    x: np.ndarray, frames: FrameView, samples: SampleView, normal: np.ndarray, touch: TouchView, friction: SpringView
+    x: np.ndarray, frames: FrameView, samples: SampleView, normal: np.ndarray, touch: TouchView, friction: SlipView
 ) -> float:
     room, total = SampleSlipRoom(material_room(), slip_room()), 0.0
     for k in range(touch.sample.size):
@@ -149,27 +149,22 @@ def _potential(
         limit = friction.mu[s] * touch.force[s]
         if limit > 0.0:
             _sample_slip(x, frames, samples, s, normal[k], friction, room)
-            total += spring_energy(room.slip.size[0], friction.spring * samples.measure[s], limit)
+            total += limit * friction.stick * mobilisation_energy(room.slip.size[0] / friction.stick)
     return total
 
 
 @kernel
 def _commit(
-    x: np.ndarray, frames: FrameView, samples: SampleView, normal: np.ndarray, force: np.ndarray, friction: SpringView
-) -> tuple[float, float]:
+    x: np.ndarray, frames: FrameView, samples: SampleView, normal: np.ndarray, force: np.ndarray, friction: SlipView
+) -> None:
     """Cut the slip of sliding samples; see `knotfem.contact.curve_friction`."""
     room = SampleSlipRoom(material_room(), slip_room())
-    lost, kept = 0.0, 0.0
     for s in range(force.size):
-        limit, spring, stored = friction.mu[s] * force[s], friction.spring * samples.measure[s], friction.stored[s]
-        if limit == 0.0:
-            lost += release_slip(spring, stored)
+        if friction.mu[s] * force[s] == 0.0:
+            friction.stored[s, 0] = friction.stored[s, 1] = 0.0
             continue
         _sample_slip(x, frames, samples, s, normal[s], friction, room)
-        work, energy = cut_slip(room.slip, spring, limit, stored)
-        lost += work
-        kept += energy
-    return lost, kept
+        cut_slip(room.slip, friction.stick, friction.stored[s])
 
 
 @kernel
@@ -190,42 +185,41 @@ class CurveObstacleFriction:
 
     Attributes:
         frames: of the rods.
-        spring: tangential line stiffness [N/mm^2].
+        stick: distance over which friction is mobilised [mm].
     """
 
     frames: Frames
-    spring: float
+    stick: float
 
     def fresh(self, contact: ObstacleContact, count: int) -> dict[str, np.ndarray]:
-        """Material points, points of the obstacle [mm], elastic slip."""
+        """Material points, points of the obstacle [mm], slip."""
         return {"own": np.zeros((count, 3)), "anchor": np.zeros((count, 3)), "stored": np.zeros((count, 2))}
 
-    def view(self, contact: ObstacleContact, mu: np.ndarray, rows: dict[str, np.ndarray]) -> SpringView:
+    def view(self, contact: ObstacleContact, mu: np.ndarray, rows: dict[str, np.ndarray]) -> SlipView:
         """See the law."""
         slip, traction = np.zeros(mu.size), np.zeros((mu.size, 3))
         nowhere = np.zeros(0)
-        return SpringView(mu, rows["own"], nowhere, rows["anchor"], rows["stored"], slip, traction, self.spring)
+        return SlipView(mu, rows["own"], nowhere, rows["anchor"], rows["stored"], slip, traction, self.stick)
 
     def assemble(
-        self, x: np.ndarray, contact: ObstacleContact, view: SpringView, residual: np.ndarray, matrix: MatrixView
+        self, x: np.ndarray, contact: ObstacleContact, view: SlipView, residual: np.ndarray, matrix: MatrixView
     ) -> bool:
         """See the law."""
         return _assemble(x, self.frames.material_view, contact.samples.view, contact.touch, view, residual, matrix)
 
-    def potential(self, x: np.ndarray, contact: ObstacleContact, view: SpringView) -> float:
+    def potential(self, x: np.ndarray, contact: ObstacleContact, view: SlipView) -> float:
         """See the law."""
         places = contact.samples.places(x)[contact.touch.sample]
         normal = contact.obstacle.foot(places).normal
         return _potential(x, self.frames.material_view, contact.samples.view, normal, contact.touch, view)
 
-    def commit(self, x: np.ndarray, contact: ObstacleContact, view: SpringView) -> tuple[float, float]:
+    def commit(self, x: np.ndarray, contact: ObstacleContact, view: SlipView) -> None:
         """See the law."""
         normal, frames = contact.obstacle.foot(contact.points).normal, self.frames.material_view
-        found = _commit(x, frames, contact.samples.view, normal, contact.touch.force, view)
+        _commit(x, frames, contact.samples.view, normal, contact.touch.force, view)
         self.anchor(x, contact, view, np.ones(len(normal), dtype=bool))
-        return found
 
-    def anchor(self, x: np.ndarray, contact: ObstacleContact, view: SpringView, chosen: np.ndarray) -> None:
+    def anchor(self, x: np.ndarray, contact: ObstacleContact, view: SlipView, chosen: np.ndarray) -> None:
         """See the law."""
         points = contact.points[chosen]
         foot = contact.obstacle.foot(points)
@@ -234,12 +228,10 @@ class CurveObstacleFriction:
         samples = contact.samples.view
         _anchor_samples(x, self.frames.material_view, samples, np.flatnonzero(chosen), towards, view.own)
 
-    def sliding(self, contact: ObstacleContact, view: SpringView) -> np.ndarray:
-        """Whether the spring of each sample is at its limit, shape [samples]."""
-        force = contact.touch.force
-        limit = (1.0 - 1e-9) * view.mu * force
-        return (force > 0.0) & (self.spring * contact.samples.view.measure * view.slip > limit)
+    def sliding(self, contact: ObstacleContact, view: SlipView) -> np.ndarray:
+        """Whether friction of each sample is fully mobilised, shape [samples]."""
+        return mobilised(view.mu, view.traction, contact.touch.force)
 
-    def stencils(self, contact: ObstacleContact, view: SpringView) -> np.ndarray | None:
+    def stencils(self, contact: ObstacleContact, view: SlipView) -> np.ndarray | None:
         """None beyond those of normal contact."""
         return None

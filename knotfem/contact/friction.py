@@ -81,13 +81,8 @@ class FrictionLaw(Protocol):
         """Friction potential at x with the normal forces last assembled, for the line search."""
         ...
 
-    def commit(self, x: np.ndarray, contact: Any, view: Any) -> tuple[float, float]:
-        """Bring sliding contacts along, and anchor those that do not touch.
-
-        Returns:
-            Work of sliding and energy of the springs by which contacts stick [N mm]; nan for work that only forces
-            tell.
-        """
+    def commit(self, x: np.ndarray, contact: Any, view: Any) -> None:
+        """Bring sliding contacts along, and anchor those that do not touch."""
         ...
 
     def anchor(self, x: np.ndarray, contact: Any, view: Any, chosen: np.ndarray) -> None:
@@ -124,7 +119,7 @@ class Friction(Term):
         self._scheduled = scheduled
         self.external, self.number = contact.external, contact.number
         self.name = f"{contact.name} friction" if contact.external else "friction"
-        self._factor, self._kept, self._lost = 1.0, 0.0, 0.0
+        self._factor = 1.0
         self.load({})
 
     def describe(self) -> str:
@@ -160,24 +155,17 @@ class Friction(Term):
         return self.law.potential(x, self.contact, self.view)
 
     def commit(self, x: np.ndarray) -> None:
-        self._lost, self._kept = self.law.commit(x, self.contact, self.view)
-
-    def energy(self, x: np.ndarray) -> float:
-        return self._kept
-
-    def dissipation(self) -> float | None:
-        return None if np.isnan(self._lost) else self._lost
+        self.law.commit(x, self.contact, self.view)
 
     def history(self) -> Arrays:
         rows = {name: row.copy() for name, row in self._rows.items()} if self._remembers else {}
-        return {**rows, "factor": np.array(self._factor), "kept": np.array(self._kept)}
+        return {**rows, "factor": np.array(self._factor)}
 
     def load(self, history: Arrays) -> None:
         fresh = self.law.fresh(self.contact, len(self.contact.match))
         self._remembers = bool(history) and all(name in history for name in fresh)
         self._rows = {name: history[name].copy() for name in fresh} if self._remembers else fresh
         self._factor = float(history.get("factor", 1.0))
-        self._kept = float(history.get("kept", 0.0))
         self._generation = self.contact.generation if self._remembers else -1
         self._make_view()
 

@@ -28,7 +28,7 @@ class TouchView(NamedTuple):
         normal: shape [n, 3].
         turn: derivative of the normal by the point [1/mm], shape [n, 3, 3].
         force: normal force of every sample [N], shape [samples].
-        stiffness, ramp: of the normal law.
+        law: normal law.
     """
 
     sample: np.ndarray
@@ -36,8 +36,7 @@ class TouchView(NamedTuple):
     normal: np.ndarray
     turn: np.ndarray
     force: np.ndarray
-    stiffness: float
-    ramp: float
+    law: Penalty
 
 
 @kernel
@@ -60,7 +59,7 @@ def _assemble(samples: SampleView, touch: TouchView, residual: np.ndarray, matri
     part, block = np.empty((3, 3)), np.zeros((width * count, width * count))
     for k in range(touch.sample.size):
         s: int = touch.sample[k]
-        _, pressure, slope = penalty(touch.gap[k], touch.stiffness, touch.ramp)
+        _, pressure, slope = penalty(touch.gap[k], touch.law)
         measure, n = samples.measure[s], touch.normal[k]
         touch.force[s] = measure * pressure
         if pressure == 0.0:
@@ -79,10 +78,10 @@ def _assemble(samples: SampleView, touch: TouchView, residual: np.ndarray, matri
 
 
 @kernel
-def _energy(measure: np.ndarray, gap: np.ndarray, stiffness: float, ramp: float) -> float:
+def _energy(measure: np.ndarray, gap: np.ndarray, law: Penalty) -> float:
     total = 0.0
     for s in range(gap.size):
-        total += measure[s] * penalty(gap[s], stiffness, ramp)[0]
+        total += measure[s] * penalty(gap[s], law)[0]
     return total
 
 
@@ -170,8 +169,8 @@ class ObstacleContact(Term):
         return self.obstacle.distance(points) - self.samples.view.offset
 
     def _stored(self, gap: np.ndarray) -> float:
-        return _energy(self.samples.view.measure, gap, self.law.stiffness, self.law.ramp)
+        return _energy(self.samples.view.measure, gap, self.law)
 
     def _view(self, near: np.ndarray) -> TouchView:
         foot = self.obstacle.foot(self.points[near])
-        return TouchView(near, self._gap[near], foot.normal, foot.turn, self._force, self.law.stiffness, self.law.ramp)
+        return TouchView(near, self._gap[near], foot.normal, foot.turn, self._force, self.law)

@@ -30,7 +30,7 @@ def _assemble(
     """Residual and tangent of all pairs, whose `force` is filled. False where a block lies outside the pattern."""
     room = room_of(surface)
     for k in range(pairs.sample.size):
-        _, pressure, slope = penalty(pairs.gap[k], pairs.stiffness, pairs.ramp)
+        _, pressure, slope = penalty(pairs.gap[k], pairs.law)
         carried = samples.measure[pairs.sample[k]] * pairs.weight[k]
         pairs.force[k], pairs.slope[k] = carried * pressure, carried * slope
         if pairs.force[k] == 0.0:
@@ -45,7 +45,7 @@ def _energy(samples: SampleView, pairs: PairView) -> float:
     """Energy stored by all pairs."""
     total = 0.0
     for k in range(pairs.sample.size):
-        stored = penalty(pairs.gap[k], pairs.stiffness, pairs.ramp)[0]
+        stored = penalty(pairs.gap[k], pairs.law)[0]
         total += samples.measure[pairs.sample[k]] * pairs.weight[k] * stored
     return total
 
@@ -93,7 +93,7 @@ class PairContact(Term):
 
     def begin(self, step: TimeStep) -> None:
         """Weights of pairs that are apart, or of all where the surface lets them follow the closest point."""
-        apart = self.pairs.gap >= 0.5 * self.law.ramp if self.surface.settled else np.ones(len(self.match), dtype=bool)
+        apart = self.pairs.gap >= self.law.onset if self.surface.settled else np.ones(len(self.match), dtype=bool)
         if apart.any():
             chosen = self._view(*(part[apart] for part in self.pairs[:6]))
             self.pairs.weight[apart] = self.surface.weights(step.start.x, self.samples, self.points, chosen)
@@ -184,7 +184,7 @@ class PairContact(Term):
 
     def _view(self, *arrays: np.ndarray) -> PairView:
         sample, rod, at, gap, weight, force = arrays
-        return PairView(sample, rod, at, gap, weight, force, np.zeros(len(force)), self.law.stiffness, self.law.ramp)
+        return PairView(sample, rod, at, gap, weight, force, np.zeros(len(force)), self.law)
 
 
 _HISTORY = ("sample", "rod", "at", "gap", "weight", "force")

@@ -1,4 +1,4 @@
-"""Slip of a spring between two material points in the plane of a contact, and its derivatives."""
+"""Slip between two material points in the plane of a contact, the traction that it mobilises, and derivatives."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from knotfem.compiled import kernel
-from knotfem.contact.law import sliding_work
+from knotfem.contact.mobilisation import mobilisation
 from knotfem.geometry.rotation import cross, dot
 
 
-class SpringView(NamedTuple):
+class SlipView(NamedTuple):
     """Friction of each contact of a discrete rod.
 
     Attributes:
@@ -19,10 +19,10 @@ class SpringView(NamedTuple):
         own: angle, radial and axial coordinate of the secondary rod's material point, shape [contacts, 3].
         u: coordinate along the primary rod of its material point, shape [contacts]; of none on an obstacle.
         anchor: the other coordinates of that, as in `own`, or a point of the obstacle [mm].
-        stored: elastic slip in the basis of the contact plane [mm], shape [contacts, 2].
+        stored: slip of the last accepted step in the basis of the contact plane [mm], shape [contacts, 2].
         slip: size of the trial slip [mm], shape [contacts].
         traction: on the secondary rod [N], shape [contacts, 3].
-        spring: tangential line stiffness [N/mm^2].
+        stick: distance over which friction is mobilised [mm].
     """
 
     mu: np.ndarray
@@ -32,7 +32,7 @@ class SpringView(NamedTuple):
     stored: np.ndarray
     slip: np.ndarray
     traction: np.ndarray
-    spring: float
+    stick: float
 
 
 class SlipRoom(NamedTuple):
@@ -46,6 +46,7 @@ class SlipRoom(NamedTuple):
         size: of the trial slip, shape [1].
         width: length of `along` in the plane, shape [1].
         work: shape [3, 3].
+        M: derivative of the traction by the slip [N/mm], shape [3, 3].
     """
 
     z: np.ndarray
@@ -55,12 +56,16 @@ class SlipRoom(NamedTuple):
     size: np.ndarray
     width: np.ndarray
     work: np.ndarray
+    M: np.ndarray
 
 
 @kernel
 def slip_room() -> SlipRoom:
     """Work space for one contact."""
-    return SlipRoom(np.empty(3), np.empty(3), np.empty((2, 3)), np.empty(3), np.empty(1), np.empty(1), np.empty((3, 3)))
+    return SlipRoom(
+        np.empty(3), np.empty(3), np.empty((2, 3)), np.empty(3), np.empty(1), np.empty(1), np.empty((3, 3)),
+        np.empty((3, 3)),
+    )  # fmt: skip
 
 
 @kernel
@@ -81,7 +86,7 @@ def contact_basis(x: np.ndarray, base: int, rates: np.ndarray, n: np.ndarray, ro
 
 @kernel(inline="always")
 def trial_slip(n: np.ndarray, stored: np.ndarray, room: SlipRoom) -> None:
-    """Fill `e` and `size` from `z`, `g` and the elastic slip of the last accepted step, shape [2]."""
+    """Fill `e` and `size` from `z`, `g` and the slip of the last accepted step, shape [2]."""
     z, g, e = room.z, room.g, room.e
     along = dot(n, z)
     for i in range(3):
@@ -112,47 +117,24 @@ def slip_rate(
 
 
 @kernel(inline="always")
-def traction_of(room: SlipRoom, stiffness: float, limit: float, out: np.ndarray) -> bool:
-    """Traction into out; returns whether the contact slides."""
-    scale = stiffness
-    slides = stiffness * room.size[0] > limit
-    if slides:
-        scale = limit / room.size[0]
+def traction_of(room: SlipRoom, limit: float, stick: float, out: np.ndarray) -> None:
+    """Traction into out, for the limit mu N [N]."""
+    _, psi_y, _ = mobilisation(room.size[0] / stick)
     for i in range(3):
-        out[i] = scale * room.e[i]
-    return slides
+        out[i] = limit * psi_y / stick * room.e[i]
 
 
 @kernel(inline="always")
-def traction_rate(
-    room: SlipRoom, stiffness: float, limit: float, slides: bool, de: np.ndarray, dlimit: float, out: np.ndarray
-) -> None:
-    """Derivative of the traction along those of the slip and of the limit into out."""
-    if not slides:
-        for i in range(3):
-            out[i] = stiffness * de[i]
-        return
-    e, size = room.e, room.size[0]
-    along = dot(e, de) / (size * size)
+def traction_rate(room: SlipRoom, stick: float, de: np.ndarray, dlimit: float, out: np.ndarray) -> None:
+    """Derivative of the traction along those of the slip and of the limit into out; `M` belongs to the slip."""
+    _, psi_y, _ = mobilisation(room.size[0] / stick)
     for i in range(3):
-        out[i] = limit / size * (de[i] - along * e[i]) + dlimit * e[i] / size
+        out[i] = room.M[i, 0] * de[0] + room.M[i, 1] * de[1] + room.M[i, 2] * de[2]
+        out[i] += dlimit * psi_y / stick * room.e[i]
 
 
 @kernel
-def release_slip(spring: float, stored: np.ndarray) -> float:
-    """Let a contact without friction forget its elastic slip, shape [2]; returns the work that is lost [N mm]."""
-    before = np.sqrt(stored[0] ** 2 + stored[1] ** 2)
-    stored[0] = stored[1] = 0.0
-    return sliding_work(spring, before, 0.0, before)
-
-
-@kernel
-def cut_slip(room: SlipRoom, spring: float, limit: float, stored: np.ndarray) -> tuple[float, float]:
-    """Store the trial slip, cut to the limit, shape [2]; returns work of sliding and energy that stays [N mm]."""
-    size, lost, scale = room.size[0], 0.0, 1.0
-    if spring * size > limit:
-        before = np.sqrt(stored[0] ** 2 + stored[1] ** 2)
-        scale = limit / (spring * size)
-        lost = sliding_work(spring, before, scale * size, size)
+def cut_slip(room: SlipRoom, stick: float, stored: np.ndarray) -> None:
+    """Store the trial slip, cut to the stick distance, shape [2]."""
+    scale = stick / room.size[0] if room.size[0] > stick else 1.0
     stored[0], stored[1] = scale * dot(room.e, room.g[0]), scale * dot(room.e, room.g[1])
-    return lost, 0.5 * spring * (scale * size) ** 2

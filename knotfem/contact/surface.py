@@ -13,6 +13,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from knotfem.contact.law import Penalty
 from knotfem.contact.samples import Samples, SampleView
 from knotfem.sparse.scatter import MatrixView
 
@@ -31,7 +32,7 @@ class PairView(NamedTuple):
         weight: fraction of the sample's measure that the pair carries, shape [pairs].
         force: normal force [N], shape [pairs].
         slope: its derivative by the overlap [N/mm], shape [pairs].
-        stiffness, ramp: of the normal law.
+        law: normal law.
     """
 
     sample: np.ndarray
@@ -41,8 +42,7 @@ class PairView(NamedTuple):
     weight: np.ndarray
     force: np.ndarray
     slope: np.ndarray
-    stiffness: float
-    ramp: float
+    law: Penalty
 
 
 class Target(NamedTuple):

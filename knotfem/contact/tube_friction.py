@@ -14,8 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from knotfem.compiled import kernel
-from knotfem.contact.anchors import AnchorView, anchor_stiffness, mobilised
-from knotfem.contact.law import mobilisation, mobilisation_energy, penalty
+from knotfem.contact.anchors import AnchorView
+from knotfem.contact.law import penalty
+from knotfem.contact.mobilisation import mobilisation, mobilisation_energy, mobilised, slip_stiffness
 from knotfem.contact.pairs import PairContact
 from knotfem.contact.samples import SampleView
 from knotfem.contact.surface import PairView
@@ -78,7 +79,7 @@ def _traction_rates(
     limit, limit_slope = limits
     n, B = room.point.n, room.B
     dn, de, M = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
-    psi_y = anchor_stiffness(e, limit, stick, M)
+    psi_y = slip_stiffness(e, limit, stick, M)
     qa = anchor.q
     along = dot(n, qa)
     for c in range(36):
@@ -114,7 +115,7 @@ def _assemble(
             friction.traction[k, i] = 0.0
         s: int = pairs.sample[k]
         rod: int = pairs.rod[k]
-        _, pressure, slope = penalty(pairs.gap[k], pairs.stiffness, pairs.ramp)
+        _, pressure, slope = penalty(pairs.gap[k], pairs.law)
         if pressure == 0.0 or friction.mu[k] == 0.0:
             continue
         carried = samples.measure[s] * pairs.weight[k]
@@ -236,10 +237,9 @@ class TubeFriction:
         """See the law."""
         return _potential(x, contact.surface.view, contact.samples.places(x), contact.pairs, view)
 
-    def commit(self, x: np.ndarray, contact: PairContact, view: AnchorView) -> tuple[float, float]:
-        """See the law; a mobilised contact keeps no energy that would come back."""
+    def commit(self, x: np.ndarray, contact: PairContact, view: AnchorView) -> None:
+        """See the law."""
         _commit(contact.surface.view.around, contact.pairs, view)
-        return float("nan"), 0.0
 
     def anchor(self, x: np.ndarray, contact: PairContact, view: AnchorView, chosen: np.ndarray) -> None:
         """See the law."""
@@ -247,7 +247,7 @@ class TubeFriction:
 
     def sliding(self, contact: PairContact, view: AnchorView) -> np.ndarray:
         """Whether friction of each pair is fully mobilised, shape [pairs]."""
-        return mobilised(view, contact.pairs.force)
+        return mobilised(view.mu, view.traction, contact.pairs.force)
 
     def stencils(self, contact: PairContact, view: AnchorView) -> np.ndarray | None:
         """Pairs whose anchor has left the patch that normal contact couples."""

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from knotfem.compiled import kernel
-from knotfem.contact.anchors import AnchorView, anchor_stiffness, mobilised
-from knotfem.contact.law import mobilisation, mobilisation_energy, penalty
+from knotfem.contact.anchors import AnchorView
+from knotfem.contact.law import penalty
+from knotfem.contact.mobilisation import mobilisation, mobilisation_energy, mobilised, slip_stiffness
 from knotfem.contact.obstacle import ObstacleContact, TouchView, add_sample_block
 from knotfem.contact.samples import SampleView
 from knotfem.geometry.rotation import dot
@@ -33,7 +34,7 @@ def _assemble(
         n, dn = touch.normal[k], touch.turn[k]
         friction.slip[s] = 0.0
         friction.traction[s] = 0.0
-        _, pressure, slope = penalty(touch.gap[k], touch.stiffness, touch.ramp)
+        _, pressure, slope = penalty(touch.gap[k], touch.law)
         if pressure == 0.0 or friction.mu[s] == 0.0:
             continue
         for i in range(3):
@@ -52,7 +53,7 @@ def _assemble(
                 residual[samples.nodes[s, a], i] -= samples.weights[s, a] * friction.traction[s, i]
         if not matrix.wanted:
             continue
-        anchor_stiffness(e, limit, friction.stick, M)
+        slip_stiffness(e, limit, friction.stick, M)
         for i in range(3):
             lost = friction.mu[s] * samples.measure[s] * slope * psi_y / friction.stick * e[i]
             for j in range(3):
@@ -111,7 +112,7 @@ class TubeObstacleFriction:
         normal = contact.obstacle.foot(points[contact.touch.sample]).normal
         return _potential(points, normal, contact.touch, view)
 
-    def commit(self, x: np.ndarray, contact: ObstacleContact, view: AnchorView) -> tuple[float, float]:
+    def commit(self, x: np.ndarray, contact: ObstacleContact, view: AnchorView) -> None:
         """Anchors of free samples go to the closest point, sliding ones follow at the stick distance."""
         foot = contact.obstacle.foot(contact.points)
         closest = contact.points - foot.distance[:, None] * foot.normal
@@ -123,7 +124,6 @@ class TubeObstacleFriction:
             moved = closest[slides] + part * (view.anchor[slides] - closest[slides])
             there = contact.obstacle.foot(moved)
             view.anchor[slides] = moved - there.distance[:, None] * there.normal
-        return float("nan"), 0.0
 
     def anchor(self, x: np.ndarray, contact: ObstacleContact, view: AnchorView, chosen: np.ndarray) -> None:
         """See the law."""
@@ -133,7 +133,7 @@ class TubeObstacleFriction:
 
     def sliding(self, contact: ObstacleContact, view: AnchorView) -> np.ndarray:
         """Whether friction of each sample is fully mobilised, shape [samples]."""
-        return mobilised(view, contact.touch.force)
+        return mobilised(view.mu, view.traction, contact.touch.force)
 
     def stencils(self, contact: ObstacleContact, view: AnchorView) -> np.ndarray | None:
         """None beyond those of normal contact."""

@@ -137,7 +137,7 @@ class EnergyBalance:
             after,
             work=e.work + done,
             throughput=e.throughput + abs(done),
-            friction=e.friction + sliding - (after.springs - e.springs),
+            friction=e.friction + sliding,
             taken=_taken(e, system, work),
             algorithmic=e.algorithmic + inertial_work(system, before, forces, dx) - (after.kinetic - e.kinetic),
         )
@@ -202,13 +202,11 @@ def _stored(e: Energies, system: System, state: State) -> Energies:
     fields: dict[str, float] = {}
     for term in system.having(Role.FIELD):
         fields[term.name] = fields.get(term.name, 0.0) + term.energy(x)
-    springs = sum(term.energy(x) for term in system.having(Role.FRICTION))
     moving = system.having(Role.INERTIA)
     return replace(
         e,
         elastic=sum(term.energy(x) for term in system.having(Role.ELASTIC)),
-        contact=sum(term.energy(x) for term in system.having(Role.CONTACT)) + springs,
-        springs=springs,
+        contact=sum(term.energy(x) for term in system.having(Role.CONTACT)),
         fields=fields,
         kinetic=sum(kinetic(state.v) for term in moving if (kinetic := getattr(term, "kinetic_energy", None))),
     )

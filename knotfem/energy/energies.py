@@ -15,8 +15,7 @@ class Energies:
         taken: that each resistance (drag, internal damping, ...) has taken so far, by name.
         algorithmic: that the time integration has taken so far.
         elastic: stored in the rods now.
-        contact: stored in contacts now, and in the springs by which they stick.
-        springs: of that in the springs.
+        contact: stored in contacts now.
         fields: stored in each field of force (gravity, ...) now, by name.
         kinetic: now.
         initial: stored at the start.
@@ -29,7 +28,6 @@ class Energies:
     algorithmic: float = 0.0
     elastic: float = 0.0
     contact: float = 0.0
-    springs: float = 0.0
     fields: dict[str, float] = field(default_factory=dict)
     kinetic: float = 0.0
     initial: float = 0.0

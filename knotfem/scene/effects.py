@@ -55,10 +55,12 @@ class Contact(Table):
         pairs: pairs that differ from it.
         stiffness_over_modulus: penalty stiffness [MPa/mm] in units of E/d; 48 is 8 E per mm at d = 6 mm.
         ramp_over_diameter: overlap over which the pressure rises smoothly.
+        onset_over_ramp: gap at which contact begins, over the ramp. At 0.25 surfaces in a tight knot meet at no gap on
+            the average; at 0.5 the paper's bowline is 1 % thicker, and its force 4 % larger.
         stick_over_diameter: tangential displacement at which friction is fully mobilised.
         sample_spacing_over_diameter: largest distance between the points of a surface that are looked at.
-        line_stiffness_over_hertz: of the rod model: 1 gives way as two crossed strands of the material do by Hertz's
-            law; sections that are all but rigid take 100 or more.
+        line_stiffness_over_hertz: of the rod model, whose sections are all but rigid; 1 gives way as two crossed
+            strands of the material do by Hertz's law.
     """
 
     enabled: Flag = True
@@ -66,9 +68,10 @@ class Contact(Table):
     pairs: tuple[Pair, ...] = ()
     stiffness_over_modulus: Positive = 48.0
     ramp_over_diameter: Positive = 1.0 / 30.0
-    stick_over_diameter: Positive = 1.0 / 60.0
+    onset_over_ramp: Annotated[Number, Field(ge=0.0, le=1.0)] = 0.25
+    stick_over_diameter: Positive = 0.005
     sample_spacing_over_diameter: Positive = 0.125
-    line_stiffness_over_hertz: Positive = 1.0
+    line_stiffness_over_hertz: Positive = 100.0
 
 
 class Gravity(Table):

@@ -166,7 +166,7 @@ class Term:
         """The step to x is accepted: bring the history variables up to date."""
 
     def energy(self, x: np.ndarray) -> float:
-        """Stored energy [N mm]; of friction that of the springs by which contacts stick."""
+        """Stored energy [N mm]."""
         return 0.0
 
     def dissipation(self) -> float | None:

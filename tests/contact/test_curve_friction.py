@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from reduced import MASS, RADIUS, RUBBER, Rods, begun, contact, crossing, line, settle, spec
+from reduced import MASS, RADIUS, STICK, Rods, begun, contact, crossing, line, settle, spec
 
+from knotfem.contact.mobilisation import mobilisation
 from knotfem.solver.stepping.integrator import Continuation
 
 
@@ -16,13 +17,6 @@ def carried(model, x):
     return -f[model.layout.of(1), :3].sum(axis=0)
 
 
-def lost(model):
-    """What sliding has taken in the last step [N mm]."""
-    taken = model.friction.dissipation()
-    assert taken is not None
-    return taken
-
-
 def moved(model, rod, by, rotation=0.0):
     x = model.x.copy()
     x[model.layout.of(rod), :3] += by
@@ -32,14 +26,18 @@ def moved(model, rod, by, rotation=0.0):
 
 @pytest.mark.parametrize("place", [0.0, 0.5, 1.0, 1.37])
 def test_sticking_force_has_no_jump_at_joints(place):
-    """To and fro while the contact crosses nodes and middles of edges: one straight line, as long as friction holds."""
+    """To and fro while the contact crosses nodes and middles of edges: one curve, as long as friction holds.
+
+    Contact planes of the samples lean a little, so that the sum of the forces is less than that of their sizes.
+    """
     model = crossing(0.6, shift=(0.0, 2.0 * place), friction=10.0)
-    shifts = 0.01 * np.sin(np.linspace(0.0, 6.0, 25))
-    forces = [carried(model, moved(model, 1, [0.0, step, 0.0]))[1] for step in np.diff(shifts)]
-    slope, rest = np.polyfit(shifts[1:] - shifts[0], forces, 1)
-    np.testing.assert_allclose(np.polyval([slope, rest], shifts[1:]), forces, atol=2e-3 * np.abs(forces).max())
-    assert slope < 0.0
-    assert abs(rest) < 1e-3 * np.abs(forces).max()
+    shifts = 0.2 * STICK * np.sin(np.linspace(0.0, 6.0, 25))
+    forces = np.array([carried(model, moved(model, 1, [0.0, step, 0.0]))[1] for step in np.diff(shifts)])
+    normal = model.contact.pairs.force.sum()
+    law = [-10.0 * normal * np.sign(shift) * mobilisation(abs(shift) / STICK)[0] for shift in shifts[1:]]
+    share = np.dot(forces, law) / np.dot(law, law)
+    assert share == pytest.approx(1.0, rel=0.03)
+    np.testing.assert_allclose(forces, share * np.array(law), atol=2e-3 * np.abs(forces).max())
 
 
 @pytest.mark.parametrize("direction", [(1.0, 0.0), (0.0, 1.0), (0.6, -0.8)])
@@ -53,16 +51,20 @@ def test_sliding_force_is_mu_n_against_the_motion(direction):
             f = carried(model, moved(model, 1, step * way))
         normal = model.contact.pairs.force.sum()
         np.testing.assert_allclose(f[:2], -mu * normal * way[:2], atol=0.02 * mu * normal)
-        assert lost(model) == pytest.approx(mu * normal * step, rel=0.03)
 
 
-def test_dissipation_is_never_negative():
-    rng = np.random.default_rng(4)
-    model = crossing(0.3, friction=0.3)
-    for _ in range(60):
-        carried(model, moved(model, 1, 0.1 * rng.normal(size=3) * [1.0, 1.0, 0.5], 0.05 * rng.normal()))
-        assert lost(model) >= 0.0
-        assert model.friction.energy(model.x) >= 0.0
+@pytest.mark.parametrize(("way", "expected"), [(0.5 * STICK, 0.0), (5.0 * STICK, 4.0)])
+def test_to_and_fro_takes_work_where_contacts_slide(way, expected):
+    """Once round: nothing within the stick distance, mu N times the way that sliding makes beyond it."""
+    mu, steps = 0.3, 400
+    model, before, taken = crossing(0.3, friction=mu), 0.0, []
+    for shift in np.diff(way * np.sin(np.linspace(0.0, 4.0 * np.pi, 2 * steps + 1))):
+        force = carried(model, moved(model, 1, [shift, 0.0, 0.0]))[0]
+        taken.append(-0.5 * (before + force) * shift)
+        before = force
+    normal = model.contact.pairs.force.sum()
+    slides = 4.0 * (way - STICK) if expected else 0.0
+    assert sum(taken[steps:]) == pytest.approx(mu * normal * slides, rel=0.15, abs=1e-5 * mu * normal * way)
 
 
 def test_spinning_strand_rubs():
@@ -93,9 +95,8 @@ def test_rolling_does_not_slip(step, radius):
         x[model.layout.of(1), 0], x[model.layout.of(1), 2] = depth * np.sin(beta), depth * np.cos(beta)
         x[model.layout.of(1), 3] += (1.0 + RADIUS / radius) * step * radius
         f = carried(model, x)
-    stick = 0.3 * 0.2 * RUBBER / (2 / 3 * RUBBER)
     slip = np.linalg.norm(model.friction.view.stored[model.contact.pairs.force > 0.0], axis=1).max()
-    assert slip < 0.02 * stick
+    assert slip < 0.02 * STICK
     assert np.linalg.norm(f) < 0.02 * 0.3 * model.contact.pairs.force.sum()
 
 

@@ -35,11 +35,11 @@ class Coiled:
         self.frames = Frames(self.layout, x, rng.normal(size=(self.layout.nodes, 3)))
         surface, samples = CurveSurface(self.layout), make_samples(self.layout, 0.75)
         self.contact = PairContact(surface, samples, Penalty(0.475, 0.1))
-        law = CurveFriction(self.frames, 0.3)
+        law = CurveFriction(self.frames, 0.08)
         self.friction = Friction(self.contact, law, np.array([[0.3, 0.4], [0.4, 0.5]]))
         cylinder = make_cylinder(np.array([0.1, 0.2, 0.0]), np.array([0.0, 0.1, 1.0]), R - 3.1)
         self.cylinder = ObstacleContact(surface, samples, Penalty(0.95, 0.1), cylinder)
-        self.rubbing = Friction(self.cylinder, CurveObstacleFriction(self.frames, 0.6), np.array([0.39, 0.2]))
+        self.rubbing = Friction(self.cylinder, CurveObstacleFriction(self.frames, 0.08), np.array([0.39, 0.2]))
         self.terms = [self.frames, self.contact, self.friction, self.cylinder, self.rubbing]
         begin(self.terms, x)
         self.friction.view.stored[:] = 0.05 * rng.normal(size=self.friction.view.stored.shape)

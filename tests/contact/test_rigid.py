@@ -192,14 +192,14 @@ class Rope:
         self.frames = Frames(self.layout, x, np.tile([1.0, 0.2, 0.1], (13, 1)))
         surface = CurveSurface(self.layout)
         self.contact = ObstacleContact(surface, make_samples(self.layout, samples), Penalty(0.95, ramp), self.sphere)
-        law = CurveObstacleFriction(self.frames, 0.6)
+        law = CurveObstacleFriction(self.frames, 0.15)
         self.friction = Friction(self.contact, law, np.array([MU]), scheduled=False)
         self.terms = [self.frames, self.contact, self.friction]
         self.x = x
         begin(self.terms, x)
 
     def disturbed(self) -> np.ndarray:
-        """Positions and angles near those at which the step began, with some elastic slip."""
+        """Positions and angles near those at which the step began, with some slip."""
         rng = np.random.default_rng(5)
         self.friction.view.stored[:] = 0.1 * rng.standard_normal(self.friction.view.stored.shape)
         x = self.x + 0.03 * rng.standard_normal(self.x.shape)
@@ -232,22 +232,19 @@ def test_a_discrete_rod_pressed_into_a_sphere_has_the_closed_form():
 
 @pytest.mark.parametrize("spin", [False, True])
 def test_a_discrete_rod_that_slides_or_spins_on_a_sphere_rubs_with_mu_n(spin):
-    """Along the rod by force, about its axis by the moment of the force on its radius; it takes work all the while."""
+    """Along the rod by force, about its axis by the moment of the force on its radius."""
     rope = Rope(0.3)
-    x, f, lost = rope.x, np.zeros_like(rope.x), []
+    x, f = rope.x, np.zeros_like(rope.x)
     move = np.array([0.0, 0.0, 0.0, 0.3]) if spin else np.array([0.0, 0.0, 0.3, 0.0])
     for _ in range(3):
         x = x + move
         f = residual(rope.terms, x)
         for term in rope.terms:
             term.commit(x)
-        lost.append(rope.friction.dissipation())
     normal = rope.contact.touch.force.sum()
     assert rope.friction.sliding == rope.contact.touching > 3
     column, arm = (3, 1.0 - 0.15 / 3.0) if spin else (2, 1.0)
     assert f[:, column].sum() == pytest.approx(MU * normal * arm, rel=0.06)
-    assert all(part is not None and part > 0.0 for part in lost)
-    assert lost[-1] == pytest.approx(MU * normal * 0.3 * arm, rel=0.06)
 
 
 def test_history_of_a_discrete_rod_on_a_sphere_goes_to_other_terms_to_the_bit():
@@ -259,7 +256,7 @@ def test_history_of_a_discrete_rod_on_a_sphere_goes_to_other_terms_to_the_bit():
     for before, after in zip(rope.terms, other.terms, strict=True):
         after.load(before.history())
     assert residual(other.terms, moved).tobytes() == residual(rope.terms, moved).tobytes()
-    assert other.friction.energy(x) == rope.friction.energy(x) > 0.0
+    assert np.abs(other.friction.view.stored).max() > 0.0
 
 
 def test_rods_are_kept_within_a_cavity():

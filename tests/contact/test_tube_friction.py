@@ -238,7 +238,7 @@ def test_without_history_pairs_cling_to_where_they_are(slipped):
 def test_history_without_anchors_is_that_of_friction_that_has_not_begun(slipped, make_crossing):
     fresh = make_crossing()
     history = fresh.friction.history()
-    assert set(history) == {"factor", "kept"}
+    assert set(history) == {"factor"}
     slipped.friction.load(history)
     assert np.abs(residual([slipped.contact, slipped.friction], slipped.x)).max() < 1e-12
 

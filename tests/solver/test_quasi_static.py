@@ -97,7 +97,7 @@ def test_the_scale_of_the_drag_cancels(spring, push, factor):
 def test_the_jump_depends_little_on_the_tolerance(spring, push, tolerance):
     last, at, _, after = jump(list(snapping(spring, push, pacing(tolerance=tolerance))(START)))
     assert last <= FOLD * (1.0 + tolerance)
-    assert FOLD <= at <= FOLD * 1.03
+    assert FOLD * (1.0 - tolerance) <= at <= FOLD * 1.03
     assert after == pytest.approx(AFTER, abs=0.02)
 
 
@@ -148,7 +148,7 @@ def test_a_failure_while_loads_stand_still_adds_drag():
     pace = Pace(0.01, settling=True, dt=1e-3)
     found = rule.after_failure(pace, Trial(0.0, False, 1e-3))
     assert found is not None
-    assert (found.dt, found.advance) == (pytest.approx(1e-4), 0.01)
+    assert (found.dt, found.advance) == (pytest.approx(3e-4), 0.01)
     assert rule.after_failure(replace(pace, dt=rule.first_dt * 1e-8), Trial(0.0, False, rule.first_dt * 1e-8)) is None
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -104,9 +103,9 @@ ZERO: dict[str, Callable[[Bench], tuple[list[Term], Term]]] = {
             b.rods[0].sections[3], b.rods[0].end_weights, b.rods[0].axis[2], b.rods[0].axis[3], lambda time: 0.0
         ),
     ),
-    "contact": lambda b: ([], PairContact(b.surface, b.samples, replace(LAW, stiffness=0.0))),
+    "contact": lambda b: ([], PairContact(b.surface, b.samples, LAW._replace(stiffness=0.0))),
     "friction": lambda b: ([b.contact], b.friction(0.0)),
-    "cylinder": lambda b: ([], b.obstacle(replace(LAW, stiffness=0.0))),
+    "cylinder": lambda b: ([], b.obstacle(LAW._replace(stiffness=0.0))),
     "cylinder friction": lambda b: ([b.cylinder], b.cylinder_friction(0.0)),
 }
 

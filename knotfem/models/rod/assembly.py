@@ -119,19 +119,20 @@ class DiscreteRods:
     def _contact_parts(self, spec: ContactSpec) -> ContactParts:
         from knotfem.contact.curve import make_samples
         from knotfem.contact.curve_pairs import CurveSurface
-        from knotfem.contact.law import MINDLIN_STIFFNESS_RATIO, Penalty
+        from knotfem.contact.law import Penalty
 
-        law, obstacle_law = Penalty(spec.stiffness, spec.ramp), Penalty(2.0 * spec.stiffness, spec.ramp)
+        law = Penalty(spec.stiffness, spec.ramp, spec.onset_over_ramp)
+        obstacle_law = law._replace(stiffness=2.0 * spec.stiffness)
 
         def friction():
             from knotfem.contact.curve_friction import CurveFriction
 
-            return CurveFriction(self.frames, law.stiffness * MINDLIN_STIFFNESS_RATIO)
+            return CurveFriction(self.frames, spec.stick)
 
         def obstacle_friction():
             from knotfem.contact.curve_obstacle_friction import CurveObstacleFriction
 
-            return CurveObstacleFriction(self.frames, obstacle_law.stiffness * MINDLIN_STIFFNESS_RATIO)
+            return CurveObstacleFriction(self.frames, spec.stick)
 
         mu = np.broadcast_to(np.asarray(spec.friction, dtype=float), (self.layout.rods, self.layout.rods)).copy()
         samples = make_samples(self.layout, spec.sample_spacing)

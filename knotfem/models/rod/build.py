@@ -46,7 +46,7 @@ def rod_spec(rod: Rod, initial: InitialRod) -> RodSpec:
 
 
 def contact_spec(scene: Scene) -> ContactSpec | None:
-    """Contact by Hertz's law for the softest rod, or stiffer where the scene says so."""
+    """Contact, so many times as stiff as the softest rod by Hertz's law."""
     c, d = scene.contact, scene.diameter
     if not c.enabled:
         return None
@@ -54,7 +54,14 @@ def contact_spec(scene: Scene) -> ContactSpec | None:
 
     softest = min((rod.material for rod in scene.rods), key=lambda material: material.youngs_modulus)
     stiffness = c.line_stiffness_over_hertz * hertz_line_stiffness(softest.youngs_modulus, softest.poissons_ratio)
-    return ContactSpec(stiffness, rod_friction(scene), c.ramp_over_diameter * d, c.sample_spacing_over_diameter * d)
+    return ContactSpec(
+        stiffness,
+        rod_friction(scene),
+        c.ramp_over_diameter * d,
+        c.stick_over_diameter * d,
+        c.sample_spacing_over_diameter * d,
+        c.onset_over_ramp,
+    )
 
 
 def make_rods(scene: Scene, initial: list[InitialRod], obstacles: Sequence[Obstacle] = ()) -> DiscreteRods:

@@ -46,13 +46,17 @@ class ContactSpec:
         stiffness: line stiffness [N/mm^2]; `hertz_line_stiffness` gives rubber's.
         friction: mu of each pair of rods, shape [rods, rods], or one number.
         ramp: overlap over which the force rises smoothly [mm].
+        stick: tangential displacement at which friction is fully mobilised [mm].
         sample_spacing: largest distance between samples [mm].
+        onset_over_ramp: gap at which contact begins, over the ramp.
     """
 
     stiffness: float
     friction: np.ndarray | float
     ramp: float
+    stick: float
     sample_spacing: float
+    onset_over_ramp: float = 0.5
 
 
 def directors_of(rod: RodSpec) -> np.ndarray:

@@ -61,7 +61,7 @@ def _contact_parts(body: Body) -> ContactParts:
         [rod.mesh.radius * rod.mesh.node_scale for rod in body.rods],
     )
     c, d = scene.contact, scene.diameter
-    law = Penalty(c.stiffness_over_modulus * scene.youngs_modulus / d, c.ramp_over_diameter * d)
+    law = Penalty(c.stiffness_over_modulus * scene.youngs_modulus / d, c.ramp_over_diameter * d, c.onset_over_ramp)
     stick = c.stick_over_diameter * d
     samples = make_samples(tubes, c.sample_spacing_over_diameter * d)
     return ContactParts(TubeSurface(tubes), samples, law, law, rod_friction(scene), friction, obstacle_friction)

@@ -24,7 +24,8 @@ class Continuation:
     Attributes:
         state: accepted.
         increment: last accepted move [mm], shape [nodes, width].
-        advance: of loads in the step of that move [s], 0 where there is none to extrapolate.
+        advance: of loads in the step of that move [s].
+        dt: time over which rates were taken in it [s]; 0 where there is no move to extrapolate.
         pace: how the next step is meant to be, None for the first.
         damping: Levenberg-Marquardt damping to begin with [N/mm].
     """
@@ -32,6 +33,7 @@ class Continuation:
     state: State
     increment: np.ndarray
     advance: float = 0.0
+    dt: float = 0.0
     pace: Pace | None = None
     damping: float = 0.0
 
@@ -138,11 +140,11 @@ def advance(
             attempt = replace(
                 attempt,
                 damping=max(attempt.damping, newton.damping.start),
-                advance=0.0 if rejected > 2 else attempt.advance,
+                dt=0.0 if rejected > 2 else attempt.dt,
             )
     outcome = _outcome(system, solution, state, rejected, sections, pacing)
     following = pacing.after_success(pace, trial, outcome)
-    going_on = Continuation(after, solution.x - state.x, trial.advance, following, solution.damping)
+    going_on = Continuation(after, solution.x - state.x, trial.advance, trial.dt, following, solution.damping)
     due = trial.at_output or pace.due or reached(after.time, output_times)
     at_output = due and not following.settling
     wall = time.perf_counter() - began
@@ -163,14 +165,24 @@ def _attempt(
     state = attempt.state
     step = system.begin(state, trial.dt, None if trial.rates_over is None else trial.advance)
     x = state.x
-    if attempt.advance > 0.0 and trial.advance > 0.0:
-        move = attempt.increment * (trial.advance / attempt.advance)
+    if (ratio := _extrapolation(attempt, trial)) > 0.0:
+        move = ratio * attempt.increment
         x = x + system.allowed_fraction(x, move) * move
     solution = newton.solve(system, x, step, sections, attempt.damping, interrupt)
     moved = longest_move(solution.x - state.x)
     if pacing.too_far(moved, trial):
         raise StepFailed(f"a node moved by {moved:.3g} mm in one step")
     return solution, system.commit(solution.x, step)
+
+
+def _extrapolation(attempt: Continuation, trial: Trial) -> float:
+    """Move with which a step begins over the last one: loads that advance carry the rods along, drag where they stand.
+
+    From the one kind of motion to the other nothing is known of the move to come.
+    """
+    if attempt.dt == 0.0 or (attempt.advance > 0.0) != (trial.advance > 0.0):
+        return 0.0
+    return trial.advance / attempt.advance if trial.advance > 0.0 else trial.dt / attempt.dt
 
 
 def _outcome(

@@ -37,6 +37,7 @@ class QuasiStatic:
             jump do not last.
         settle_grow: factor on the next step of overdamped motion, unless an attempt was rejected. Steps that take many
             iterations grow too: shorter ones take as many, and rods in stiff contact crept, 914 steps where 62 do.
+        settle_cut: factor on a step of overdamped motion that failed.
         hurry: factor on the time of rates after a failure: where a branch of equilibria ends only drag makes a state
             beyond it unique, and shorter advances alone never get there.
         recover: by which it grows again.
@@ -55,6 +56,7 @@ class QuasiStatic:
     easy: int = 3
     leap: float = 2.5
     settle_grow: float = 2.5
+    settle_cut: float = 0.3
     hurry: float = 0.1
     recover: float = 4.0
     start_slowness: float = 0.01
@@ -97,10 +99,11 @@ class QuasiStatic:
 
     def after_failure(self, pace: Pace, trial: Trial) -> Pace | None:
         """An attempt with more drag, and a smaller advance of loads."""
-        if self.hurry * trial.dt < self.shortest * self.first_dt:
+        shorter = self.settle_cut if pace.settling else self.hurry
+        if shorter * trial.dt < self.shortest * self.first_dt:
             return None
         if pace.settling:
-            return replace(pace, dt=self.hurry * trial.dt)
+            return replace(pace, dt=self.settle_cut * trial.dt)
         advance = max(self.loads.cut * trial.advance, self.loads.smallest)
         return replace(pace, advance=advance, slowness=self.hurry * pace.slowness)
 

@@ -62,7 +62,9 @@ def near_equilibrium(length: float, slices: int) -> np.ndarray:
     points = equal_chords(read_centreline(centreline_path("overhand")), slices, length).points
     axial, mass = CORE + axial_stiffness(YOUNGS, RADIUS), mass_per_length(DENSITY, RADIUS)
     rod = RodSpec(points, RADIUS, BENDING, BENDING / 1.5, axial, mass)
-    contact = ContactSpec(hertz_line_stiffness(YOUNGS, 0.5), 0.0, ramp=RADIUS / 30.0, sample_spacing=RADIUS / 4.0)
+    contact = ContactSpec(
+        hertz_line_stiffness(YOUNGS, 0.5), 0.0, ramp=RADIUS / 30.0, stick=RADIUS / 30.0, sample_spacing=RADIUS / 4.0
+    )
     rods = DiscreteRods([rod], contact, drag=20.0)
     ends = np.array([0, slices])
     system = rods.system(BackwardEuler(), [held(ends, points[ends])])

@@ -29,8 +29,7 @@ def test_stiffness_is_that_of_the_section():
 
 def test_contact_is_hertzian_or_harder():
     soft, hard = (
-        contact_spec(load_scene("bowline", [*COARSE, *more]))
-        for more in ((), ("contact.line_stiffness_over_hertz=100",))
+        contact_spec(load_scene("bowline", [*COARSE, *more])) for more in (("contact.line_stiffness_over_hertz=1",), ())
     )
     assert soft is not None
     assert hard is not None
