@@ -33,7 +33,7 @@ class Crossing:
         """Move every anchor at random by about a distance in mm; some pairs then slide, most stick."""
         self.contact.update(self.x)
         self.friction.update(self.x)
-        slices = distance / self.contact.surface.stations.spacing[0]
+        slices = distance / self.contact.surface.stations.longest[0]
         anchor = self.friction.view.anchor
         anchor += np.random.default_rng(3).uniform(-slices, slices, anchor.shape)
 

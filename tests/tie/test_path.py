@@ -16,7 +16,7 @@ def test_ends_are_the_straight_rod_and_exactly_the_target(kind, overhand):
     assert path.describe()["kind"] == kind
     assert np.array_equal(path.at(1.0), overhand)
     np.testing.assert_allclose(
-        edges, np.broadcast_to(path.chord * np.array(path.describe()["direction"]), (120, 3)), atol=1e-12
+        edges, np.broadcast_to(path.slices.lengths[0] * np.array(path.describe()["direction"]), (120, 3)), atol=1e-12
     )
     np.testing.assert_allclose(path.stretch(0.0), 1.0, rtol=0.0, atol=1e-12)
 

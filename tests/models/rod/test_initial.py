@@ -7,7 +7,7 @@ import pytest
 
 from knotfem.errors import InputError
 from knotfem.geometry.frames import rotate_frames, rotation_minimising_frame
-from knotfem.models.centreline import centreline_of
+from knotfem.models.centreline import centrelines_of
 from knotfem.models.rod.initial import InitialRod, initial_rods
 from knotfem.models.rod.model import RodModel
 from knotfem.models.solid.body import mesh_of
@@ -49,7 +49,8 @@ def tied(tmp_path_factory: pytest.TempPathFactory) -> RunDirectory:
     scene = load_scene("bowline", COARSE)
     run = RunDirectory.create(scene, tmp_path_factory.mktemp("lay") / "solid")
     rod = scene.rods[0]
-    mesh, points = mesh_of(rod), centreline_of(rod, rod.slices, scene).points
+    (target,) = centrelines_of(scene)
+    mesh, points = mesh_of(rod, target.slices), target.points
     frames = rotate_frames(rotation_minimising_frame(points), TURN * np.linspace(0.0, 1.0, rod.slices + 1) ** 2)
     x = np.empty((len(mesh.nodes), 3))
     x[mesh.section_nodes] = swept_state(points, frames, mesh.nodes[mesh.section_nodes[0], :2], 0.0)
