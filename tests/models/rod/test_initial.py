@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from knotfem.errors import InputError
 from knotfem.geometry.frames import rotate_frames, rotation_minimising_frame
@@ -106,6 +107,18 @@ def test_other_segments_lie_on_the_same_curve(tied):
     assert len(fine.directors) == 2 * len(coarse.directors)
     assert fine.target.points[::2] == pytest.approx(coarse.target.points)
     assert 600.0 * twists(finer)[0] == pytest.approx(TURN, rel=0.02)
+
+
+def test_graded_segments_lie_on_the_same_curve_too(tied):
+    graded = light(tied.path, "rods.0.mesh.turning_angle=0.3")
+    coarse, rod = initial(light(tied.path)), initial(graded)
+    slices = rod.target.slices
+    assert slices.lengths.min() < 0.6 * slices.lengths.max()
+    along = CubicSpline(coarse.target.slices.arclength, coarse.target.points)
+    assert rod.target.points == pytest.approx(along(slices.arclength), abs=1e-9)
+    found = twists(graded)
+    assert found == pytest.approx(np.full(found.size, found[0]), abs=1e-12)
+    assert 600.0 * found[0] == pytest.approx(TURN, rel=0.02)
 
 
 @pytest.mark.parametrize(
