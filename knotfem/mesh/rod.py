@@ -64,6 +64,11 @@ class RodMesh:
         return self.length / self.slices
 
     @property
+    def heights(self) -> FloatArray:
+        """Lengths of the layers of hexahedra over their mean, shape (n / span,)."""
+        return self.lengths[:: self.span] / self.element_length
+
+    @property
     def span(self) -> int:
         """Slices that a hexahedron spans."""
         return self.section.order

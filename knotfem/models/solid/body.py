@@ -65,7 +65,7 @@ class SolidRod:
         """From integration points to nodes; made when fields are first written."""
         from knotfem.models.solid.projection import Projection
 
-        return Projection(self.mesh, self.bulk.formulation, self.bulk.heights)
+        return Projection(self.mesh, self.bulk.formulation)
 
     @property
     def axis_nodes(self) -> np.ndarray:
@@ -201,8 +201,7 @@ def _solid_rod(rod: Rod, target: Centreline, first: int, section: Section | None
     points = mesh.nodes[: len(mesh.section.points), :2]
     form = make_formulation(rod.mesh.element, points[mesh.section.quads], mesh.span * mesh.element_length)
     material = NeoHooke(rod.material.shear_modulus) if law is None else law
-    heights = mesh.lengths[:: mesh.span] / mesh.element_length
-    bulk = Elasticity(mesh.layers + first, form, material, rod.material.bulk_modulus, heights)
+    bulk = Elasticity(mesh.layers + first, form, material, rod.material.bulk_modulus, mesh.heights)
     core = None
     if rod.core is not None:
         from knotfem.terms.axial import AxialStiffness

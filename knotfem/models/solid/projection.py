@@ -31,15 +31,14 @@ class Projection:
 
     Args:
         mesh: the rod.
-        formulation: tables of one layer of its hexahedra.
-        heights: lengths of the layers over that of the tables, shape [slices].
+        formulation: tables of a layer of its hexahedra of mean length.
     """
 
-    def __init__(self, mesh: RodMesh, formulation: Formulation, heights: np.ndarray) -> None:
+    def __init__(self, mesh: RodMesh, formulation: Formulation) -> None:
         from scipy.sparse.linalg import splu
 
         self._layers, self._nodes = mesh.layers, len(mesh.nodes)
-        self._heights = heights[:, None, None, None]
+        self._heights = mesh.heights[:, None, None, None]
         self._parts = np.einsum("qg,ga->qga", formulation.weights, formulation.shapes)
         self._mass = splu(_mass(mesh), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
 

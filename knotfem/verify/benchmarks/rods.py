@@ -158,8 +158,7 @@ def make_rod(
     points = mesh.nodes[: len(shape.points), :2]
     form = make_formulation(element, points[shape.quads], mesh.span * mesh.element_length)
     shear, bulk_modulus = moduli(youngs, poisson)
-    heights = mesh.lengths[:: mesh.span] / mesh.element_length
-    bulk = Elasticity(mesh.layers + first, form, NeoHooke(shear), bulk_modulus, heights)
+    bulk = Elasticity(mesh.layers + first, form, NeoHooke(shear), bulk_modulus, mesh.heights)
     core = make_core(mesh.core + first, mesh.lengths, core_stiffness) if core_stiffness > 0.0 else None
     return Rod(mesh, first, bulk, core, density, bending_stiffness(youngs, radius))
 
