@@ -55,7 +55,7 @@ def test_homogeneous_deformation_is_met_and_leaves_inner_nodes_without_force(ele
     np.testing.assert_allclose(forces[inner], 0.0, atol=1e-10 * np.abs(forces).max())
     state = stress_state(x, rod.bulk)
     np.testing.assert_allclose(state.cauchy, np.broadcast_to(state.cauchy[0, 0], state.cauchy.shape), atol=1e-9)
-    nodal, _ = state.nodal(Projection(rod.mesh, rod.bulk.formulation, rod.bulk.heights))
+    nodal, _ = state.nodal(Projection(rod.mesh, rod.bulk.formulation))
     np.testing.assert_allclose(nodal, np.broadcast_to(nodal[0], nodal.shape), atol=1e-8)
     found = resultants(x, rod.mesh.section_nodes, rod.mesh.section.axis, rod.bulk, None)
     np.testing.assert_allclose(found.force, np.broadcast_to(found.force[0], found.force.shape), rtol=1e-8, atol=1e-9)
