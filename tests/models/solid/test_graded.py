@@ -9,6 +9,9 @@ from knotfem.geometry.slices import Slices
 from knotfem.models.solid.projection import Projection
 from knotfem.models.solid.resultants import resultants
 from knotfem.models.solid.stress import stress_state
+from knotfem.terms.axial import AxialStiffness
+from knotfem.terms.load import EndForce
+from knotfem.verify.benchmarks.bending import loaded
 
 ELEMENTS = ["hex8", "hex8-reduced", "hex8-incompatible", "hex27"]
 LENGTHS = np.repeat(1.15 ** np.array([0.0, 1.0, 2.0, 3.0, 2.0, 1.0]), 2)
@@ -102,3 +105,37 @@ def test_tangent_is_the_derivative_of_the_residual_and_that_the_gradient_of_the_
     assert (energies[0] - energies[1]) / (2.0 * h) == pytest.approx(
         float((residual([rod.bulk], x) * d).sum()), rel=1e-5
     )
+
+
+def sag(slices: int | Slices, element: str) -> float:
+    """Sag over length of a cantilever, L/r = 40, under a dead transverse tip load P L^2/EI = 5."""
+    rod = make_rod(40.0, slices, radius=1.0, section=12, element=element)
+    force = 5.0 * rod.bending / 40.0**2 * np.array([1.0, 0.0, 0.0])
+    tip = EndForce(rod.sections[-1], rod.end_weights, lambda t: t * force)
+    reaction = EndForce(rod.sections[0], rod.end_weights, lambda t: -t * force)
+    return float(loaded(rod, [tip, reaction])[-1, 0] / 40.0)
+
+
+@pytest.mark.parametrize("element", ["hex8-reduced", "hex27"])
+def test_cantilever_of_slices_that_are_short_at_the_clamp_lies_between_coarse_and_fine(element):
+    order = 2 if element == "hex27" else 1
+    lengths = 1.15 ** np.arange(10)
+    graded = Slices(np.repeat(lengths * 40.0 / lengths.sum() / order, order))
+    coarse, between, fine = (sag(slices, element) for slices in (10 * order, graded, 60 * order))
+    assert abs(between - fine) < 0.7 * abs(coarse - fine)
+    assert between == pytest.approx(fine, rel=2e-3)
+
+
+@pytest.mark.parametrize("element", ["hex8-reduced", "hex27"])
+def test_tension_that_grows_along_the_rod_is_met_at_the_sections(element):
+    """Slices stretched by c z each carry a force in proportion to z."""
+    rod = graded(element)
+    x = rod.mesh.nodes.copy()
+    x[:, 2] += 0.5e-5 * x[:, 2] ** 2
+    relaxed(rod.bulk, x)
+    core = AxialStiffness("core", rod.mesh.core, rod.mesh.lengths, np.ones(12), np.ones(12))
+    core.force[:] = core.tension(x)
+    found = resultants(x, rod.mesh.section_nodes, rod.mesh.section.axis, rod.bulk, core)
+    inner, z = slice(rod.mesh.span, -rod.mesh.span, rod.mesh.span), x[rod.mesh.axis_nodes, 2]
+    for force in (found.tension, found.bulk, found.core):
+        np.testing.assert_allclose(force[inner] / z[inner], force[inner][0] / z[inner][0], rtol=2e-3)
