@@ -54,7 +54,7 @@ def line(segments: int, length: float, axis: int = 0) -> Array:
 
 def graded(segments: int, length: float) -> Array:
     """Lengths of segments that change smoothly along a rod, the longest four times the shortest."""
-    lengths = 1.0 + 0.6 * np.cos(2.0 * np.pi * (np.arange(segments) + 0.5) / segments)
+    lengths = 1.0 + 0.6 * np.cos(2.0 * np.pi * (np.arange(segments) + 0.5) / segments + 1.0)
     return lengths * length / lengths.sum()
 
 

@@ -116,6 +116,16 @@ def test_euler_buckling(hold, critical):
 
 
 @pytest.mark.parametrize("graded", [False, True])
+def test_masses_are_those_of_the_segments(graded):
+    model = straight(10, graded)
+    mass, x = model.discrete.mass, model.x[:, 0]
+    lengths, middles = np.diff(x), 0.5 * (x[1:] + x[:-1])
+    np.testing.assert_allclose(mass[:, :3].sum(axis=0), MASS * LENGTH)
+    assert mass[:, 0] @ x == pytest.approx(MASS * lengths @ middles)
+    np.testing.assert_allclose(mass[:-1, 3], 0.5 * MASS * lengths)
+
+
+@pytest.mark.parametrize("graded", [False, True])
 def test_uniform_torsion(graded):
     model = straight(10, graded)
     settle(model, model.clamped("start"), model.turned("end", X, lambda t: 9.0 * t), steps=6)
