@@ -53,6 +53,20 @@ def line(segments: int, length: float, axis: int = 0) -> Array:
     return points
 
 
+def graded(segments: int, length: float) -> Array:
+    """Lengths of segments that change smoothly along a rod, the longest four times the shortest."""
+    lengths = 1.0 + 0.6 * np.cos(2.0 * np.pi * (np.arange(segments) + 0.5) / segments + 1.0)
+    return lengths * length / lengths.sum()
+
+
+def graded_line(segments: int, length: float) -> tuple[Array, Array]:
+    """Nodes of a straight rod of such segments along x, and their lengths."""
+    lengths = graded(segments, length)
+    points = np.zeros((segments + 1, 3))
+    points[1:, 0] = np.cumsum(lengths)
+    return points, lengths
+
+
 def spec(points: Array, **changed) -> RodSpec:
     """A rubber rod without core, unless changed."""
     values = {"radius": RADIUS, "bending": BENDING, "twisting": TWISTING, "axial": 4e3, "mass_per_length": MASS}

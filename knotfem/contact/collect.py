@@ -9,6 +9,7 @@ import numpy as np
 
 from knotfem.contact.pairs import PairContact
 from knotfem.contact.report import ContactReport
+from knotfem.contact.stations import arclengths
 from knotfem.solver.term import Role, Term
 
 if TYPE_CHECKING:
@@ -25,8 +26,9 @@ def contact_report(terms: Sequence[Term]) -> ContactReport:
         if isinstance(term, PairContact):
             pairs = term.pairs
             on = np.flatnonzero(pairs.force > 0.0)
-            other, spacing = pairs.rod[on], term.surface.stations.spacing
-            where = (*_where(term, pairs.sample[on]), other, pairs.at[on, 0] * spacing[other])
+            other = pairs.rod[on]
+            there = arclengths(term.surface.stations, other, pairs.at[on, 0])
+            where = (*_where(term, pairs.sample[on]), other, there)
             normal = term.normals(on)
             parts.append((*where, pairs.gap[on], normal, pairs.force[on], *_friction_of(friction.get(id(term)), on)))
     for number, term in enumerate(obstacles):
@@ -60,7 +62,7 @@ def _obstacles(terms: Sequence[Term]) -> list[ObstacleContact]:
 
 def _where(contact: PairContact | ObstacleContact, sample: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     rod = contact.samples.rod[sample]
-    return rod, contact.samples.u[sample] * contact.surface.stations.spacing[rod]
+    return rod, arclengths(contact.surface.stations, rod, contact.samples.u[sample])
 
 
 def _friction_of(friction: Friction | None, on: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

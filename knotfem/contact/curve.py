@@ -15,6 +15,7 @@ import numpy as np
 
 from knotfem.compiled import kernel
 from knotfem.contact.basis import axial_basis
+from knotfem.contact.pieces import middles
 from knotfem.contact.samples import Samples, SampleView
 from knotfem.geometry.rotation import dot
 from knotfem.mesh.rod_layout import RodLayout
@@ -108,13 +109,12 @@ def make_samples(layout: RodLayout, spacing: float) -> Samples:
     """Samples no further apart than `spacing` [mm], in the middles of equal pieces of each segment."""
     rods, us, lengths, starts = [], [], [], [0]
     for rod in range(layout.rods):
-        h, nodes = float(layout.spacing[rod]), int(layout.first[rod + 1] - layout.first[rod])
-        pieces = max(1, int(np.ceil(h / spacing - 1e-9)))
-        u = (np.arange((nodes - 1) * pieces) + 0.5) / pieces
+        slices = layout.slices(rod)
+        u, length = middles(slices, spacing)
         us.append(u)
         rods.append(np.full(u.size, rod))
-        lengths.append(np.full(u.size, h / pieces))
-        starts.extend(starts[-1] + np.searchsorted(u, np.arange(nodes) + 0.5, side="left"))
+        lengths.append(length)
+        starts.extend(starts[-1] + np.searchsorted(u, np.arange(slices.count + 1) + 0.5, side="left"))
     rod, u = np.concatenate(rods).astype(np.int64), np.concatenate(us)
     nodes, weights, between = np.empty((u.size, 3), dtype=np.int64), np.empty((u.size, 3, 3)), np.empty(u.size)
     for s in range(u.size):

@@ -28,7 +28,8 @@ from knotfem.contact import surface as protocol
 from knotfem.contact.basis import middle_station
 from knotfem.contact.curve import CurveRoom, CurveView, curve_room, project
 from knotfem.contact.samples import Samples, SampleView
-from knotfem.contact.surface import PairView, SearchLimits, Stations, Target
+from knotfem.contact.stations import make_stations
+from knotfem.contact.surface import PairView, SearchLimits, Target
 from knotfem.geometry.rotation import dot
 from knotfem.mesh.rod_layout import RodLayout
 from knotfem.sparse.scatter import add_blocks
@@ -241,7 +242,8 @@ class CurveSurface:
     def __init__(self, layout: RodLayout) -> None:
         radius = np.asarray(layout.radius, dtype=float)
         self.view = CurveView(layout.first, radius)
-        self.stations = Stations(np.arange(layout.nodes), layout.first, np.asarray(layout.spacing, dtype=float), radius)
+        slices = [layout.slices(rod) for rod in range(layout.rods)]
+        self.stations = make_stations(np.arange(layout.nodes), slices, radius)
 
     def project(self, x: np.ndarray, samples: SampleView, points: np.ndarray, pairs: PairView) -> None:
         """By Newton's method; parameters stay where there is no closest point."""

@@ -14,6 +14,7 @@ from knotfem.compiled import kernel
 from knotfem.contact.law import Penalty, penalty
 from knotfem.contact.samples import Samples, SampleView, sample_points
 from knotfem.contact.search import find_pairs, match_pairs
+from knotfem.contact.stations import arclengths
 from knotfem.contact.surface import PairView, Surface, SurfaceView, Target, add_pair, room_of
 from knotfem.solver.state import longest_move
 from knotfem.solver.term import Role, Term, TimeStep
@@ -110,9 +111,9 @@ class PairContact(Term):
         old, samples = self.pairs, self.samples
         found, at = find_pairs(x, self.surface, samples.view, samples.start, self.points, self.reach)
         self.match = np.empty(len(found), dtype=np.int64)
-        reach = self.surface.stations.radius / self.surface.stations.spacing
-        before = np.stack([old.sample, old.rod], axis=1)
-        match_pairs(before, old.at[:, 0].copy(), found, at[:, 0].copy(), reach, self.match)
+        stations, before = self.surface.stations, np.stack([old.sample, old.rod], axis=1)
+        was, now = arclengths(stations, old.rod, old.at[:, 0]), arclengths(stations, found[:, 1], at[:, 0])
+        match_pairs(before, was, found, now, stations.radius, self.match)
         nothing = np.zeros(len(found))
         self.pairs = self._view(
             found[:, 0].copy(), found[:, 1].copy(), at, np.empty(len(found)), nothing.copy(), nothing

@@ -12,7 +12,8 @@ import numpy as np
 
 from knotfem.compiled import kernel
 from knotfem.contact.samples import SampleView
-from knotfem.contact.surface import Stations, Surface
+from knotfem.contact.stations import Stations, arclengths
+from knotfem.contact.surface import Surface
 
 TWINS = 1e-6
 """Closest points nearer to each other than this, in segments, are one."""
@@ -61,16 +62,16 @@ def _find_candidates(x: np.ndarray, stations: Stations, cutoff: float, neighbour
             a = stations.node[i]
             for rod in range(rods):
                 reach = stations.radius[own] + stations.radius[rod] + cutoff
-                reach += stations.spacing[own] + stations.spacing[rod]
-                excluded = neighbour * stations.radius[own] / stations.spacing[own] if rod == own else -1.0
-                here = float(i - stations.first[own]) if rod == own else -1.0
+                reach += stations.longest[own] + stations.longest[rod]
+                excluded = neighbour * stations.radius[own] if rod == own else -1.0
+                start, here = stations.first[rod], stations.arclength[i]
                 count = stations.first[rod + 1] - stations.first[rod]
                 j, behind = 0, 0
                 previous = current = np.inf
                 while j <= count:
                     following, ahead = np.inf, 1
-                    if j < count and abs(j - here) > excluded:
-                        b = stations.node[stations.first[rod] + j]
+                    if j < count and abs(stations.arclength[start + j] - here) > excluded:
+                        b = stations.node[start + j]
                         following = (x[a, 0] - x[b, 0]) ** 2 + (x[a, 1] - x[b, 1]) ** 2 + (x[a, 2] - x[b, 2]) ** 2
                         if following > reach * reach:
                             ahead = max(1, int((np.sqrt(following) - reach) / longest[rod]))
@@ -94,7 +95,7 @@ def _sought(candidates: np.ndarray, sample_start: np.ndarray) -> np.ndarray:
 
 @kernel
 def match_pairs(
-    old: np.ndarray, old_u: np.ndarray, new: np.ndarray, new_u: np.ndarray, reach: np.ndarray, match: np.ndarray
+    old: np.ndarray, old_s: np.ndarray, new: np.ndarray, new_s: np.ndarray, reach: np.ndarray, match: np.ndarray
 ) -> None:
     """For each new pair the old one of the same sample and rod within reach along it, or -1, into match.
 
@@ -102,10 +103,10 @@ def match_pairs(
 
     Args:
         old: sample and rod of each pair, shape [pairs, 2].
-        old_u: coordinate of the closest point in segments, shape [pairs].
+        old_s: arclength of the closest point [mm], shape [pairs].
         new: sample and rod of each new pair, shape [new pairs, 2].
-        new_u: likewise, shape [new pairs].
-        reach: in segments of each rod, shape [rods].
+        new_s: likewise, shape [new pairs].
+        reach: of each rod [mm], shape [rods].
         match: shape [new pairs].
     """
     match[:] = -1
@@ -117,7 +118,7 @@ def match_pairs(
             o += 1
         best, p = reach[rod], o
         while p < old.shape[0] and old[p, 0] == s:
-            distance = abs(old_u[p] - new_u[k])
+            distance = abs(old_s[p] - new_s[k])
             if old[p, 1] == rod and distance < best and not taken[p]:
                 best = distance
                 match[k] = p
@@ -153,8 +154,9 @@ def find_pairs(
     sought = _sought(near, sample_start)
     gap, at = surface.seek(x, samples, points, sought, cutoff)
     sample, rod = sought[:, 0], sought[:, 1]
-    arc = np.abs(at[:, 0] - samples.at[sample, 0]) * stations.spacing[rod]
-    neighbours = (samples.rod[sample] == rod) & (arc < neighbour * stations.radius[rod])
+    own = samples.rod[sample]
+    arc = np.abs(arclengths(stations, rod, at[:, 0]) - arclengths(stations, own, samples.at[sample, 0]))
+    neighbours = (own == rod) & (arc < neighbour * stations.radius[rod])
     kept = np.flatnonzero((gap <= cutoff) & ~neighbours)
     order = kept[np.lexsort((at[kept, 0], rod[kept], sample[kept]))]
     pairs, at = sought[order, :2], at[order]

@@ -15,6 +15,7 @@ import numpy as np
 
 from knotfem.contact.law import Penalty
 from knotfem.contact.samples import Samples, SampleView
+from knotfem.contact.stations import Stations
 from knotfem.sparse.scatter import MatrixView
 
 SurfaceView = Any
@@ -55,22 +56,6 @@ class Target(NamedTuple):
 
     residual: np.ndarray
     matrix: MatrixView
-
-
-class Stations(NamedTuple):
-    """Stations of all rods: the cross-sections of hexahedral rods, the nodes of discrete ones.
-
-    Attributes:
-        node: axis node of each station, rods one behind the other, shape [stations].
-        first: first station of each rod, and the number of all, shape [rods + 1].
-        spacing: distance of neighbours when free of stress [mm], shape [rods].
-        radius: of each rod [mm], shape [rods].
-    """
-
-    node: np.ndarray
-    first: np.ndarray
-    spacing: np.ndarray
-    radius: np.ndarray
 
 
 @dataclass(frozen=True)

@@ -17,9 +17,11 @@ import numpy as np
 
 from knotfem.compiled import kernel
 from knotfem.contact.basis import axial_basis, ring_basis
+from knotfem.contact.pieces import borders
 from knotfem.contact.samples import Samples, SampleView
-from knotfem.contact.surface import Stations
+from knotfem.contact.stations import Stations, make_stations
 from knotfem.geometry.rotation import dot
+from knotfem.geometry.slices import Slices
 
 
 class TubeView(NamedTuple):
@@ -174,10 +176,12 @@ class Tubes:
     Attributes:
         view: their arrays.
         stations: their cross-sections.
+        slices: between these, of each rod.
     """
 
     view: TubeView
     stations: Stations
+    slices: Sequence[Slices]
 
 
 def spline_radius(around: int) -> float:
@@ -188,7 +192,7 @@ def spline_radius(around: int) -> float:
 def make_tubes(
     rings: Sequence[np.ndarray],
     axes: Sequence[np.ndarray],
-    spacing: Sequence[float],
+    slices: Sequence[Slices],
     radius: Sequence[float],
     node_radius: Sequence[float],
 ) -> Tubes:
@@ -197,19 +201,20 @@ def make_tubes(
     Args:
         rings: boundary nodes of each rod, shape [sections, around].
         axes: axis nodes of each rod, shape [sections].
-        spacing: slice length of each rod [mm].
+        slices: of each rod.
         radius: physical radius [mm].
         node_radius: distance of the boundary nodes from the axis [mm].
     """
     around = np.array([ring.shape[1] for ring in rings], dtype=np.int64)
     sections = np.array([ring.shape[0] for ring in rings], dtype=np.int64)
     ring_start = np.concatenate([[0], np.cumsum(around * sections)[:-1]]).astype(np.int64)
-    first = np.concatenate([[0], np.cumsum(sections)]).astype(np.int64)
     scale = [r / (n * spline_radius(k)) for r, n, k in zip(radius, node_radius, around, strict=True)]
     axis = np.concatenate(axes).astype(np.int64)
     ring = np.concatenate([ring.ravel() for ring in rings]).astype(np.int64)
-    view = TubeView(ring, ring_start, around, sections, axis, first[:-1].copy(), np.array(scale, dtype=float))
-    return Tubes(view, Stations(axis, first, np.array(spacing, dtype=float), np.array(radius, dtype=float)))
+    stations = make_stations(axis, slices, radius)
+    start = stations.first[:-1].copy()
+    view = TubeView(ring, ring_start, around, sections, axis, start, np.array(scale, dtype=float))
+    return Tubes(view, stations, list(slices))
 
 
 @kernel
@@ -226,13 +231,11 @@ def make_samples(tubes: Tubes, spacing: float) -> Samples:
     view, stations = tubes.view, tubes.stations
     for rod in range(view.sections.size):
         k, sections = int(view.around[rod]), int(view.sections[rod])
-        h, r = stations.spacing[rod], stations.radius[rod]
-        along = max(1, int(np.ceil(h / spacing - 1e-9)))
+        r, slices = stations.radius[rod], tubes.slices[rod]
         around = k * max(1, int(np.ceil(2 * np.pi * r / k / spacing - 1e-9)))
-        u = np.arange((sections - 1) * along + 1) / along
+        u, length = borders(slices, spacing)
         v = np.arange(around) * (k / around)
-        area = np.full(u.size, h / along * 2 * np.pi * r / around)
-        area[[0, -1]] *= 0.5
+        area = length * 2 * np.pi * r / around
         us.append(np.repeat(u, around))
         vs.append(np.tile(v, u.size))
         areas.append(np.repeat(area, around))

@@ -20,7 +20,8 @@ from knotfem.compiled import kernel
 from knotfem.contact import surface as protocol
 from knotfem.contact.basis import middle_station
 from knotfem.contact.samples import Samples, SampleView
-from knotfem.contact.surface import PairView, SearchLimits, Stations, Target
+from knotfem.contact.stations import Stations, arclength_at
+from knotfem.contact.surface import PairView, SearchLimits, Target
 from knotfem.contact.tube import TubeRoom, Tubes, TubeView, project, stencil, surface_point, tube_normal, tube_room
 from knotfem.geometry.rotation import dot
 from knotfem.sparse.scatter import MatrixView, add_blocks
@@ -115,7 +116,7 @@ def _seek(
 ) -> None:  # fmt: skip
     gap, at = out
     room = tube_room()
-    longest = stations.spacing.max()
+    longest, w = stations.longest.max(), np.empty((3, 3))
     for k in range(sought.shape[0]):
         s: int = sought[k, 0]
         rod: int = sought[k, 1]
@@ -124,14 +125,17 @@ def _seek(
         at[k, 0], at[k, 1], gap[k] = float(station), 0.0, np.inf
         first: int = tubes.axis_start[rod]
         node: int = tubes.axis[first + station]
-        radius, spacing = stations.radius[rod], stations.spacing[rod]
+        radius = stations.radius[rod]
         d2 = (point[0] - x[node, 0]) ** 2 + (point[1] - x[node, 1]) ** 2 + (point[2] - x[node, 2]) ** 2
         wide = radius + reach + 2.0 * longest
         if d2 > wide * wide or _distance_from_axis(x, tubes, rod, station, point) > SWOLLEN * radius + reach:
             continue
         start = _start_angle(x, tubes, node, rod, station, point)
         u, v, inside = project(x, tubes, rod, point, float(station), float(start), room)
-        if not inside or abs(u - station) * spacing > 2.0 * radius + spacing:
+        if not inside:
+            continue
+        away = abs(arclength_at(stations, rod, u, w) - stations.arclength[first + station])
+        if away > 2.0 * radius + stations.longest[rod]:
             continue
         tube_normal(room.S, room.n)
         apart = dot(room.q, room.n)

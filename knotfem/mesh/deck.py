@@ -53,7 +53,7 @@ class Springs:
 
     Attributes:
         group: of the lines.
-        stiffness: EA/h of an edge [N/mm].
+        stiffness: EA/h of all its edges [N/mm].
     """
 
     group: str

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotfem.errors import InputError
+from knotfem.geometry.slices import Slices, equal_slices
 from knotfem.mesh.section import Section
 from knotfem.mesh.section_properties import scale_for_bending
 
@@ -33,7 +34,7 @@ class RodMesh:
             face (the order of VTK, Abaqus and Gmsh), slice after slice, shape (n q, 8). Quadratic ones span two
             slices and have three levels of nine nodes, shape (n q / 2, 27).
         core: truss edges between neighbouring axis nodes, shape (n, 2).
-        slices: number of slices n.
+        lengths: of the slices in mm, shape (n,).
         section: the unit cross-section.
         radius: physical radius of the rod in mm.
         node_scale: distance of the boundary nodes from the axis over `radius`.
@@ -42,7 +43,7 @@ class RodMesh:
     nodes: FloatArray
     hexes: IntArray
     core: IntArray
-    slices: int
+    lengths: FloatArray
     section: Section
     radius: float
     node_scale: float
@@ -53,9 +54,19 @@ class RodMesh:
         return float(self.nodes[-1, 2] - self.nodes[0, 2])
 
     @property
+    def slices(self) -> int:
+        """Number of slices n."""
+        return self.lengths.size
+
+    @property
     def element_length(self) -> float:
-        """Length of a slice in mm."""
+        """Mean length of a slice in mm."""
         return self.length / self.slices
+
+    @property
+    def heights(self) -> FloatArray:
+        """Lengths of the layers of hexahedra over their mean, shape (n / span,)."""
+        return self.lengths[:: self.span] / self.element_length
 
     @property
     def span(self) -> int:
@@ -120,14 +131,17 @@ def side_quads(rings: IntArray) -> IntArray:
     return np.stack([rings[:-1], ahead[:-1], ahead[1:], rings[1:]], axis=-1).reshape(-1, 4)
 
 
-def extrude(section: Section, radius: float, length: float, slices: int, *, match_bending: bool = True) -> RodMesh:
+def extrude(
+    section: Section, radius: float, length: float, slices: int | Slices, *, match_bending: bool = True
+) -> RodMesh:
     """Extrude a cross-section into a straight rod.
 
     Args:
         section: the unit cross-section; its x and y become the directions d1 and d2.
         radius: radius of the rod in mm.
         length: length of the rod in mm.
-        slices: number of slices of equal length, even for sections of nine-node quadrilaterals.
+        slices: number of slices of equal length, or the slices themselves, which fill the length; of nine-node
+            quadrilaterals the two of each element, which are of one length.
         match_bending: move the boundary nodes outwards until the facetted section's second moment is the circle's
             pi r^4 / 4; otherwise the nodes lie on the circle itself.
 
@@ -139,21 +153,22 @@ def extrude(section: Section, radius: float, length: float, slices: int, *, matc
             raise InputError(
                 f"the {key} of a rod is positive and finite", key=key, found=value, expected="a length in mm"
             )
-    if slices < 1:
-        raise InputError("a rod has at least one slice", key="slices", found=slices, expected="a positive whole number")
-    if slices % section.order:
-        raise InputError(
-            "quadratic elements span two slices each", key="slices", found=slices, expected="an even number"
-        )
+    n = slices if isinstance(slices, int) else slices.count
+    if n < 1:
+        raise InputError("a rod has at least one slice", key="slices", found=n, expected="a positive whole number")
+    if n % section.order:
+        raise InputError("quadratic elements span two slices each", key="slices", found=n, expected="an even number")
+    made = equal_slices(length, n) if isinstance(slices, int) else slices
     m, span = len(section.points), section.order
     node_scale = scale_for_bending(section) if match_bending else 1.0
-    nodes = np.empty((slices + 1, m, 3))
+    nodes = np.empty((n + 1, m, 3))
     nodes[:, :, :2] = radius * node_scale * section.points
-    nodes[:, :, 2] = np.linspace(0.0, length, slices + 1)[:, None]
-    bottom = m * np.arange(0, slices, span)[:, None, None] + section.quads
+    nodes[:, :, 2] = made.arclength[:, None]
+    nodes[-1, :, 2] = length
+    bottom = m * np.arange(0, n, span)[:, None, None] + section.quads
     levels = [bottom + level * m for level in range(span + 1)]
     hexes = np.concatenate(levels, axis=-1)
     hexes = hexes.reshape(-1, hexes.shape[-1])
-    start = section.axis + m * np.arange(slices)
+    start = section.axis + m * np.arange(n)
     core = np.column_stack([start, start + m])
-    return RodMesh(nodes.reshape(-1, 3), hexes, core, slices, section, float(radius), node_scale)
+    return RodMesh(nodes.reshape(-1, 3), hexes, core, made.lengths, section, float(radius), node_scale)

@@ -8,11 +8,13 @@ move serve all four. The fourth unknown of a rod's last node means nothing and i
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from knotfem.errors import InputError
+from knotfem.geometry.slices import Slices
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +23,8 @@ class RodLayout:
 
     Attributes:
         first: first node of each rod and the number of all nodes, shape [rods + 1].
-        spacing: segment length of each rod when free of stress [mm], shape [rods].
+        spacing: length of the segment ahead of each node when free of stress [mm], 0 at last nodes, shape [nodes].
+        arclength: of each node when free of stress [mm], shape [nodes].
         radius: of each rod [mm], shape [rods].
         rod: rod of each node, shape [nodes].
         inner: nodes with an edge on both sides, shape [inner].
@@ -30,6 +33,7 @@ class RodLayout:
 
     first: np.ndarray
     spacing: np.ndarray
+    arclength: np.ndarray
     radius: np.ndarray
     rod: np.ndarray
     inner: np.ndarray
@@ -58,13 +62,22 @@ class RodLayout:
         """Each node is its own cross-section, shape [nodes]."""
         return np.arange(self.nodes)
 
+    def slices(self, rod: int) -> Slices:
+        """Segments of a rod."""
+        return Slices(self.spacing[self.of(rod)][:-1])
+
     def of(self, rod: int) -> slice:
         """Nodes of a rod."""
         return slice(int(self.first[rod]), int(self.first[rod + 1]))
 
 
-def make_layout(segments: list[int], spacing: list[float], radius: list[float]) -> RodLayout:
+def make_layout(segments: list[int], spacing: Sequence[float | np.ndarray], radius: list[float]) -> RodLayout:
     """Number rods of so many segments.
+
+    Args:
+        segments: of each rod.
+        spacing: length of a segment of each rod [mm], or that of each, shape [segments of the rod].
+        radius: of each rod [mm].
 
     Raises:
         InputError: a rod of fewer than two segments.
@@ -73,11 +86,13 @@ def make_layout(segments: list[int], spacing: list[float], radius: list[float]) 
         raise InputError("too few segments", key="rod model", found=min(segments), expected="at least 2")
     first = np.concatenate([[0], np.cumsum(np.array(segments) + 1)]).astype(np.int64)
     rod = np.repeat(np.arange(len(segments)), np.diff(first))
+    slices = [Slices(np.full(count, length, dtype=float)) for count, length in zip(segments, spacing, strict=True)]
     numbers = np.arange(first[-1])
     starts, ends = np.isin(numbers, first[:-1]), np.isin(numbers, first[1:] - 1)
     return RodLayout(
         first,
-        np.array(spacing, dtype=float),
+        np.concatenate([np.append(rod.lengths, 0.0) for rod in slices]),
+        np.concatenate([rod.arclength for rod in slices]),
         np.array(radius, dtype=float),
         rod,
         numbers[~starts & ~ends],

@@ -172,7 +172,7 @@ class Model(ABC):
     Attributes:
         width: unknowns of a node.
         scene: what the user asked for.
-        targets: where each rod lies when tied.
+        targets: where each rod lies when tied, and its slices.
         terms: of all steps, in the order in which they are assembled.
         absent: effects that the scene does not call for, each with why.
         obstacle_names: of the scene and of the user's own.
@@ -232,6 +232,19 @@ class Model(ABC):
         tie = self.scene.tie
         return [1.0] if self.path_kind == "direct" else [i / tie.increments for i in range(1, tie.increments + 1)]
 
+    @property
+    def slices(self) -> dict[str, dict[str, float]]:
+        """Number of slices of each rod, and the shortest and the longest of them [mm], by the rod's name."""
+        found = {}
+        for rod, target in zip(self.rods, self.targets, strict=True):
+            lengths = target.slices.lengths
+            found[rod.name] = {
+                "number": lengths.size,
+                "shortest_mm": float(lengths.min()),
+                "longest_mm": float(lengths.max()),
+            }
+        return found
+
     def end_label(self, rod: int, side: str) -> str:
         """Name of an end, such as "rod.start"."""
         return f"{self.rods[rod].name}.{side}"
@@ -241,7 +254,14 @@ class Model(ABC):
         tie = self.scene.tie
         direction = None if tie.optimise_direction else (0.0, 0.0, 1.0)
         return [
-            make_path(self.path_kind, target.points, direction=direction, degree=tie.degree, threshold=tie.threshold)
+            make_path(
+                self.path_kind,
+                target.points,
+                direction=direction,
+                degree=tie.degree,
+                threshold=tie.threshold,
+                slices=None if target.slices.equal else target.slices,
+            )
             for target in self.targets
         ]
 

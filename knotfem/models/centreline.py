@@ -8,15 +8,24 @@ from pathlib import Path
 import numpy as np
 
 from knotfem import shipped
+from knotfem.errors import InputError
 from knotfem.geometry import validate
-from knotfem.geometry.curve import interpolate
+from knotfem.geometry.curve import Curve, interpolate
 from knotfem.geometry.finite_rotation import rotate
+from knotfem.geometry.grading import graded_slices
 from knotfem.geometry.readers import read_centreline, unused_columns
-from knotfem.geometry.resample import equal_chords
+from knotfem.geometry.resample import arc_parameters, chords, equal_chords
+from knotfem.geometry.slices import Slices, equal_slices
 from knotfem.geometry.smoothing import laplacian
+from knotfem.scene.elements import ORDERS
 from knotfem.scene.model import Scene
-from knotfem.scene.rods import CURVE_SUFFIXES, Rod
+from knotfem.scene.rods import CURVE_SUFFIXES, MOST_SLICES, Rod
 from knotfem.topology.knot_type import check_smoothing
+
+CURVATURE_SPACING = 0.25
+"""Distance of the points from which the curvature of a centreline is taken, in diameters."""
+SAFE_DIAMETERS = 2.0
+"""Slices are as short as the tightest bend within so many diameters and the sliding of the rods wants them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,17 +33,19 @@ class Centreline:
     """Where a rod is to lie when tied.
 
     Attributes:
-        points: vertices in equal chords [mm], shape [sections, 3].
+        points: vertices [mm], whose chords are as long as the slices, shape [sections, 3].
+        slices: of the rod.
         warnings: what deserves one.
     """
 
     points: np.ndarray
+    slices: Slices
     warnings: tuple[str, ...] = ()
 
 
 def centrelines_of(scene: Scene) -> list[Centreline]:
     """Centrelines of all rods, which must not overlap where there is contact; see `centreline_of`."""
-    found = [centreline_of(rod, rod.slices, scene) for rod in scene.rods]
+    found = [centreline_of(rod, slices, scene) for rod, slices in zip(scene.rods, slices_of(scene), strict=True)]
     if scene.contact.enabled and len(found) > 1:
         lines, rods = [line.points for line in found], scene.rods
         warnings = validate.check_apart(lines, [rod.diameter for rod in rods], [rod.name for rod in rods])
@@ -42,20 +53,57 @@ def centrelines_of(scene: Scene) -> list[Centreline]:
     return found
 
 
-def centreline_of(rod: Rod, slices: int, scene: Scene) -> Centreline:
+def slices_of(scene: Scene) -> list[Slices]:
+    """Slices of all rods, of one length or as their centrelines turn.
+
+    Raises:
+        InputError: a centreline that has no chords as long as its slices, or too many slices.
+    """
+    return [_slices_of(rod, number, scene) for number, rod in enumerate(scene.rods)]
+
+
+def _slices_of(rod: Rod, number: int, scene: Scene) -> Slices:
+    if rod.mesh.turning_angle is None:
+        return equal_slices(rod.length, rod.slices)
+    curve, _ = _smoothed(rod)
+    count = int(np.ceil(rod.length / (CURVATURE_SPACING * rod.diameter)))
+    order = ORDERS[rod.mesh.element]
+    angle, most = rod.mesh.turning_angle, rod.length / MOST_SLICES
+    if angle * rod.radius < most:
+        key, expected = f"rods.{number}.mesh.turning_angle", f"at least {most / rod.radius:.3g}"
+        raise InputError("too many slices", key=key, found=f"{angle:g}", expected=expected)
+    return graded_slices(
+        curve(arc_parameters(curve, count + 1)),
+        rod.length,
+        rod.mesh.element_length / order,
+        angle,
+        SAFE_DIAMETERS * rod.diameter + scene.sliding,
+        order,
+    )
+
+
+def _file_of(rod: Rod) -> str | Path:
+    return rod.centerline if Path(rod.centerline).suffix in CURVE_SUFFIXES else shipped.centreline_path(rod.centerline)
+
+
+def _smoothed(rod: Rod) -> tuple[Curve, np.ndarray | None]:
+    """A rod's centreline as a curve of its own scale, and vertices before smoothing where there is any [mm]."""
+    curve = read_centreline(_file_of(rod))
+    if rod.smoothing.iterations == 0:
+        return curve, None
+    raw = equal_chords(curve, rod.slices, rod.length).points
+    return interpolate(laplacian(raw, rod.smoothing.gamma, rod.smoothing.iterations)), raw
+
+
+def centreline_of(rod: Rod, slices: Slices, scene: Scene) -> Centreline:
     """Read, smooth, scale, resample, place and check a rod's centreline.
 
     Raises:
         InputError: no rod can lie along it.
     """
-    path = rod.centerline if Path(rod.centerline).suffix in CURVE_SUFFIXES else shipped.centreline_path(rod.centerline)
-    curve = read_centreline(path)
-    unsmoothed = None
-    if rod.smoothing.iterations > 0:
-        raw = equal_chords(curve, slices, rod.length).points
-        unsmoothed = place(raw, rod)
-        curve = interpolate(laplacian(raw, rod.smoothing.gamma, rod.smoothing.iterations))
-    points = place(equal_chords(curve, slices, rod.length).points, rod)
+    curve, raw = _smoothed(rod)
+    unsmoothed = None if raw is None else place(raw, rod)
+    points = place(chords(curve, slices, rod.length).points, rod)
     obstacles = [
         validate.Cylinder((o.point[0], o.point[1], o.point[2]), (o.axis[0], o.axis[1], o.axis[2]), o.diameter)
         for o in scene.obstacles
@@ -72,9 +120,9 @@ def centreline_of(rod: Rod, slices: int, scene: Scene) -> Centreline:
         check_smoothing(unsmoothed, points, rod.centerline)
     warnings += [
         f'{rod.centerline}: the column "{name}" is not used (the twist of a rod is rods.twist)'
-        for name in unused_columns(path)
+        for name in unused_columns(_file_of(rod))
     ]
-    return Centreline(points, tuple(warnings))
+    return Centreline(points, slices, tuple(warnings))
 
 
 def place(points: np.ndarray, rod: Rod) -> np.ndarray:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knotfem.geometry.measures import vertex_means
+from knotfem.geometry.slices import Slices
 from knotfem.geometry.vectors import unit_edges, unit_vectors
 from knotfem.models.base import Row
 
@@ -17,7 +18,7 @@ class SectionForces:
     """Internal forces of one rod at its cross-sections, shape [sections] each.
 
     Attributes:
-        arclength: [mm].
+        slices: between them.
         places: of the centreline [mm], shape [sections, 3].
         tension: [N].
         core, bulk: axial force of either [N].
@@ -25,7 +26,7 @@ class SectionForces:
         bending_moment, torque: [N mm].
     """
 
-    arclength: np.ndarray
+    slices: Slices
     places: np.ndarray
     tension: np.ndarray
     core: np.ndarray
@@ -44,12 +45,12 @@ def tension_rows(rod: str, forces: SectionForces, time: float, displacement: flo
         time: [s].
         displacement: of the reported end [mm].
     """
-    last = len(forces.arclength) - 1
+    arclength, fractions = forces.slices.arclength, forces.slices.fractions
     for i, (x, y, z) in enumerate(forces.places):
         yield {
             "displacement_mm": displacement,
-            "arclength_mm": float(forces.arclength[i]),
-            "s_over_L": i / last,
+            "arclength_mm": float(arclength[i]),
+            "s_over_L": float(fractions[i]),
             "tension_N": float(forces.tension[i]),
             "core_N": float(forces.core[i]),
             "bulk_N": float(forces.bulk[i]),

@@ -9,9 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from knotfem.errors import InputError
+from knotfem.geometry.slices import Slices
 from knotfem.mesh.deck import Solid, Springs, carried, deck, rigid_motion
 from knotfem.mesh.export import Block, ExportMesh, rod_blocks, rod_sets, write_mesh
 from knotfem.mesh.rod import RodMesh
+from knotfem.models.centreline import slices_of
 from knotfem.models.solid.body import meshes_of
 from knotfem.results.fields import StateFields
 from knotfem.results.run import Run
@@ -87,10 +89,14 @@ def _with_deck(made: ExportMesh, fields: StateFields, scene: Scene, meshes: Mesh
     """With the cards of a deck; straight rods are placed where they start."""
     materials: list[Solid | Springs] = []
     held: list[str] = []
+    blocks = list(made.blocks)
     points, paths = made.points.copy(), []
     for rod, (mesh, first) in zip(scene.rods, meshes, strict=True):
         prefix = _prefix(rod, scene)
         materials += _materials(rod, mesh, prefix)
+        for core in [block for block in blocks if block.group == f"{prefix}core"]:
+            place = blocks.index(core)
+            blocks[place : place + 1] = _in_groups(core, _core_groups(mesh, prefix))
         held += [f"{prefix}start"] if reference else [f"{prefix}start", f"{prefix}end"]
         if reference:
             own = slice(first, first + len(mesh.nodes))
@@ -103,7 +109,7 @@ def _with_deck(made: ExportMesh, fields: StateFields, scene: Scene, meshes: Mesh
         for number, stage in enumerate(stages):
             places = path[min(number, len(path) - 1)]
             stage |= {int(node): place - points[node] for node, place in zip(end, places, strict=True)}
-    return replace(made, points=points, cards=deck(materials, held, stages))
+    return replace(made, points=points, blocks=blocks, cards=deck(materials, held, stages))
 
 
 def _with_fields(mesh: RodMesh, blocks: list[Block], cells: dict[str, np.ndarray], core: bool) -> list[Block]:
@@ -124,13 +130,29 @@ def _materials(rod: Rod, mesh: RodMesh, prefix: str) -> list[Solid | Springs]:
     law = rod.material
     found: list[Solid | Springs] = [Solid(f"{prefix}bulk", law.shear_modulus, law.bulk_modulus, law.density)]
     if rod.core is not None:
-        found.append(Springs(f"{prefix}core", rod.core.axial_stiffness / mesh.element_length))
+        lengths = [mesh.element_length] if Slices(mesh.lengths).equal else mesh.lengths
+        names = _core_groups(mesh, prefix)
+        found += [Springs(name, rod.core.axial_stiffness / h) for name, h in zip(names, lengths, strict=True)]
     return found
+
+
+def _core_groups(mesh: RodMesh, prefix: str) -> list[str]:
+    """The group of a core, or one for each edge where these differ in length and so in stiffness."""
+    core = f"{prefix}core"
+    return [core] if Slices(mesh.lengths).equal else [f"{core}_{i}" for i in range(mesh.slices)]
+
+
+def _in_groups(block: Block, groups: Sequence[str]) -> list[Block]:
+    """A core, cut into its groups."""
+    if len(groups) == 1:
+        return [block]
+    edges = zip(groups, block.cells, strict=True)
+    return [Block(name, block.kind, edge[None], block.abaqus) for name, edge in edges]
 
 
 def _lines(fields: StateFields, scene: Scene, reference: bool) -> ExportMesh:
     """Centrelines of the tubes of the rod model, with the fields around each section brought to it."""
-    counts = [rod.slices + 1 for rod in scene.rods]
+    counts = [slices.count + 1 for slices in slices_of(scene)]
     around = len(fields.points) // sum(counts)
     sections = fields.points.reshape(-1, around, 3).mean(axis=1)
     straight = fields.reference.reshape(-1, around, 3).mean(axis=1)

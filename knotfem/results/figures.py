@@ -17,11 +17,11 @@ class RunFigures:
     def mapped(self, run: RunDirectory, recorder: Recorder) -> None:
         """stretch.png: stretch of each rod's centreline against arclength, coloured by mapping time."""
         rods, first = run.scene.rods, 0
-        for rod in rods:
-            edges = slice(first, first + rod.slices)
-            first += rod.slices
+        for rod, target in zip(rods, recorder.model.targets, strict=True):
+            edges = slice(first, first + target.slices.count)
+            first += target.slices.count
             plots.plot_stretch(
-                (np.arange(rod.slices) + 0.5) / rod.slices,
+                target.slices.middles,
                 np.array([stretch[edges] for stretch in recorder.stretches]),
                 np.array(recorder.mapping_times),
                 run.path / ("stretch.png" if len(rods) == 1 else f"stretch-{rod.name}.png"),

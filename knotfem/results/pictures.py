@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from knotfem.errors import InputError
+from knotfem.models.centreline import slices_of
 from knotfem.models.solid.body import meshes_of
 from knotfem.plot.render import Cylinder, Look, render_mesh, show_mesh
 from knotfem.results.fields import StateFields
@@ -81,7 +82,7 @@ def _symmetric(values: np.ndarray | None) -> tuple[float, float] | None:
 def _rings(scene: Scene, points: int) -> list[np.ndarray]:
     """Points around each section of each rod, shape [sections, around]."""
     if scene.model == "rod":
-        sections = [rod.slices + 1 for rod in scene.rods]
+        sections = [slices.count + 1 for slices in slices_of(scene)]
         grid = np.arange(points).reshape(sum(sections), -1)
         return np.split(grid, np.cumsum(sections)[:-1])
     return [mesh.ring_nodes + first for mesh, first in meshes_of(scene)]

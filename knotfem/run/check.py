@@ -46,6 +46,7 @@ def check(source: Scene | str | Path, overrides: Overrides = ()) -> dict[str, An
         "dofs": unknowns,
         "hexes": model.hexes,
         "segments": model.segments,
+        "slices": model.slices,
         "mapping": f"{_mapped(model)} alone; tying has no contact",
         "system": _symmetry(model.terms, scene),
         "linear_solver": solver_name(scene.solver.linear),

@@ -281,7 +281,13 @@ def _fixed_by_tying(scene: Scene) -> dict[str, Any]:
         "contact": scene.contact.model_copy(update={"friction": 0.0, "pairs": ()}),
         "tie": scene.tie,
         "steps before the first that is no relax": scene.tying_steps,
+        "displacement of all pulls, by which slices were chosen": _sliding(scene),
     }
+
+
+def _sliding(scene: Scene) -> float | None:
+    """How far the rods slide, where the lengths of their slices depend on it [mm]."""
+    return None if all(rod.mesh.turning_angle is None for rod in scene.rods) else scene.sliding
 
 
 def _make_folder(path: Path, force: bool) -> Path:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import cache
 
 from knotfem.mesh.make_section import chosen_section
+from knotfem.models.centreline import slices_of
 from knotfem.scene.elements import ORDERS
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import Rod
@@ -72,7 +73,8 @@ def count_unknowns(scene: Scene) -> int:
     """Unknowns of a scene's model, which is not built."""
     width = COSTS[scene.model].width
     section = _section_nodes if scene.model == "fem" else lambda rod: 1
-    return sum(width * (rod.slices + 1) * section(rod) for rod in scene.rods)
+    rods = zip(scene.rods, slices_of(scene), strict=True)
+    return sum(width * (slices.count + 1) * section(rod) for rod, slices in rods)
 
 
 def _section_nodes(rod: Rod) -> int:

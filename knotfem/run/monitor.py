@@ -101,11 +101,16 @@ class KnotMonitor:
         found = first_interpenetration(lines(before), lines(after), self.model.diameter)
         if found is None:
             return
-        rods = [self.model.rods[i] for i in found.rods]
         places = " and ".join(
-            f"s/L = {edge / rod.slices:.3f} of {rod.name}" for edge, rod in zip(found.edges, rods, strict=True)
+            f"s/L = {self._fraction(rod, edge):.3f} of {self.model.rods[rod].name}"
+            for edge, rod in zip(found.edges, found.rods, strict=True)
         )
         raise KnotLost(f"strands passed through each other at {time:.6g} s: {places}")
+
+    def _fraction(self, rod: int, edge: float) -> float:
+        """Arclength over the length of a rod, of a place counted in edges."""
+        fractions = self.model.targets[rod].slices.fractions
+        return float(np.interp(edge, np.arange(fractions.size), fractions))
 
 
 def _holds(knot: dict[str, Any]) -> bool:

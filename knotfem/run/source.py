@@ -11,10 +11,14 @@ import numpy as np
 from knotfem.errors import InputError
 from knotfem.files import read_json, write_json
 from knotfem.geometry.frames import material_frames, tangents
+from knotfem.geometry.slices import Slices
+from knotfem.mesh.rod import RodMesh
 from knotfem.models.rod.initial import SourceRod
 from knotfem.run.checkpoint import RunCheckpoint, read_checkpoint
 from knotfem.run.directory import SOURCE, RunDirectory
 from knotfem.scene.model import Scene
+
+_KEPT = ("points", "fractions", "frames")
 
 
 def source_rods(scene: Scene, folder: Path | None = None) -> list[SourceRod]:
@@ -38,7 +42,7 @@ def source_rods(scene: Scene, folder: Path | None = None) -> list[SourceRod]:
         write_json(kept, {"run": scene.tie.source, "state": scene.tie.source_state, "rods": rods})
     try:
         rods = read_json(kept)["rods"]
-        return [SourceRod(*(np.array(rods[rod.name][key]) for key in ("points", "frames"))) for rod in scene.rods]
+        return [SourceRod(*(np.array(rods[rod.name][key]) for key in _KEPT)) for rod in scene.rods]
     except (KeyError, TypeError) as error:
         raise InputError(f"damaged ({error})", file=kept, expected="the rods of another run") from None
 
@@ -57,17 +61,14 @@ def _read(scene: Scene) -> list[SourceRod]:
 
     path = tied if scene.tie.source_state == "tied" else source.checkpoints.paths()[-1]
     x = np.asarray(RunCheckpoint.of(read_checkpoint(path)).simulation["now"]["state"]["x"])
-    return [
-        _framed(x[mesh.section_nodes + first], mesh.section.axis, mesh.nodes[mesh.section_nodes[0], 0])
-        for mesh, first in meshes_of(source.scene)
-    ]
+    return [_framed(x[mesh.section_nodes + first], mesh) for mesh, first in meshes_of(source.scene)]
 
 
-def _framed(sections: np.ndarray, axis: int, d1: np.ndarray) -> SourceRod:
-    """Axis and frames of sections, shape [sections, nodes a section, 3], of which d1 is the first coordinate."""
-    points = sections[:, axis]
+def _framed(sections: np.ndarray, mesh: RodMesh) -> SourceRod:
+    """Axis and frames of the sections of a mesh, which lie at shape [sections, nodes a section, 3]."""
+    points, d1 = sections[:, mesh.section.axis], mesh.nodes[mesh.section_nodes[0], 0]
     directors = np.einsum("k,ski->si", d1, sections - points[:, None])
-    return SourceRod(points, material_frames(tangents(points), directors))
+    return SourceRod(points, Slices(mesh.lengths).fractions, material_frames(tangents(points), directors))
 
 
 def _compared(scene: Scene) -> dict[str, str]:

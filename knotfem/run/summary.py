@@ -169,8 +169,8 @@ class Summary:
         self.figures = {**json.loads(state["figures"]), **own}
 
 
-def _size(model: Model) -> dict[str, int]:
-    return {"dofs": model.dofs, "hexes": model.hexes, "segments": model.segments}
+def _size(model: Model) -> dict[str, Any]:
+    return {"dofs": model.dofs, "hexes": model.hexes, "segments": model.segments, "slices": model.slices}
 
 
 def _nothing() -> dict[str, float]:

@@ -84,6 +84,11 @@ class Scene(Table):
         """The steps after tying."""
         return self.steps[len(self.tying_steps) :]
 
+    @property
+    def sliding(self) -> float:
+        """How far rods may slide along themselves: the displacement of all pulls [mm]."""
+        return sum(step.displacement for step in self.steps if isinstance(step, Pull))
+
     def friction_between(self, first: str, second: str) -> float:
         """Coulomb coefficient of two surfaces.
 

@@ -110,7 +110,10 @@ class RodMesh(Table):
     Attributes:
         section: file with a mesh of the cross-section, scaled to the rod's radius; instead of `section_elements`.
         section_elements: quadrilaterals of the cross-section, or the nearest number with which a disc can be meshed.
-        element_length: of a hexahedron along the rod [mm], rounded so that they divide the rod.
+        element_length: of a hexahedron along the rod [mm], rounded so that they divide the rod; with a `turning_angle`
+            the longest.
+        turning_angle: by which the tied centreline turns in a slice at the most [rad]; None for slices of one length.
+            The curvature is the largest of the tied centreline within two diameters and the displacement of all pulls.
         element: formulation.
         match_bending_stiffness: scale the facetted section so that its bending stiffness is the circle's.
     """
@@ -118,6 +121,7 @@ class RodMesh(Table):
     section: Annotated[str, AfterValidator(_known_section)] | None = None
     section_elements: Annotated[Integer, Field(ge=4)] = 12
     element_length: PositiveLength
+    turning_angle: Annotated[Number, Field(gt=0.0)] | None = None
     element: Annotated[str, AfterValidator(_known_element)] = "hex8-reduced"
     match_bending_stiffness: Flag = True
 
@@ -180,7 +184,7 @@ class Rod(Table):
 
     @property
     def slices(self) -> int:
-        """Intervals between cross-sections; quadratic hexahedra span two."""
+        """Intervals between cross-sections if all are of one length; quadratic hexahedra span two."""
         return ORDERS[self.mesh.element] * round(self.length / self.mesh.element_length)
 
     @property

@@ -83,14 +83,15 @@ def bent_length(points: np.ndarray) -> float:
     the arc of the same total turning and the same bending energy. 0 for a straight line.
 
     Args:
-        points: vertices in equal chords [mm], shape [n, 3].
+        points: vertices [mm], shape [n, 3].
     """
     chords = np.diff(points, axis=0)
     lengths = np.linalg.norm(chords, axis=1)
     t = chords / lengths[:, None]
     angles = np.arctan2(np.linalg.norm(np.cross(t[:-1], t[1:]), axis=1), np.sum(t[:-1] * t[1:], axis=1))
-    squared = float(np.sum(angles**2))
-    return float(np.sum(angles)) ** 2 * float(lengths.mean()) / squared if squared > 1e-12 else 0.0
+    if float(np.sum(angles**2)) <= 1e-12:
+        return 0.0
+    return float(np.sum(angles)) ** 2 / float(np.sum(angles**2 / (0.5 * (lengths[1:] + lengths[:-1]))))
 
 
 def _forces(run: Run, scene: Scene) -> Quantities:

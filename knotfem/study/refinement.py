@@ -144,9 +144,13 @@ def _section(scene: Scene, count: int) -> Level:
 
 
 def _slice(scene: Scene, size: float) -> tuple[str, ...]:
-    return tuple(
+    overrides = [
         f"rods.{i}.mesh.element_length={size * rod.mesh.element_length!r} mm" for i, rod in enumerate(scene.rods)
-    )
+    ]
+    for i, rod in enumerate(scene.rods):
+        if rod.mesh.turning_angle is not None:
+            overrides.append(f"rods.{i}.mesh.turning_angle={size * rod.mesh.turning_angle!r}")
+    return tuple(overrides)
 
 
 _CHANGES: dict[str, Callable[[Scene, float], tuple[str, ...]]] = {

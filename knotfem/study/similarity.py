@@ -41,7 +41,8 @@ def frictions_of(scene: Scene) -> tuple[float, float]:
 
 def _meets_itself(scene: Scene) -> bool:
     from knotfem.geometry.clearance import strand_clearance
-    from knotfem.models.centreline import centreline_of
+    from knotfem.models.centreline import centrelines_of
 
     (rod,) = scene.rods
-    return strand_clearance(centreline_of(rod, rod.slices, scene).points, rod.diameter).distance < NEAR * rod.diameter
+    (line,) = centrelines_of(scene)
+    return strand_clearance(line.points, rod.diameter).distance < NEAR * rod.diameter

@@ -8,8 +8,9 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from knotfem.errors import InputError
+from knotfem.geometry.slices import Slices
 from knotfem.tie.direction import resolve_direction
-from knotfem.tie.path import CentrelinePath, check_target, straight_rod, stretch_range
+from knotfem.tie.path import CentrelinePath, check_slices, check_target, straight_rod, stretch_range
 from knotfem.types import Array
 
 
@@ -21,12 +22,14 @@ class DirectPath(CentrelinePath):
         straight: the straight rod, shape (n + 1, 3), mm.
         target: the knot, shape (n + 1, 3), mm.
         direction: unit vector E of the straight rod, shape (3,).
+        slices: edges of the straight rod, mm.
         kind: name of the mapping.
     """
 
     straight: Array
     target: Array
     direction: Array
+    slices: Slices
     kind: str = "direct"
 
     def at(self, t: float) -> Array:
@@ -45,7 +48,11 @@ class DirectPath(CentrelinePath):
 
 
 def direct_path(
-    target: ArrayLike, *, direction: str | ArrayLike = (0.0, 0.0, 1.0), start: ArrayLike | None = (0.0, 0.0, 0.0)
+    target: ArrayLike,
+    *,
+    direction: str | ArrayLike = (0.0, 0.0, 1.0),
+    start: ArrayLike | None = (0.0, 0.0, 0.0),
+    slices: Slices | None = None,
 ) -> DirectPath:
     """Mapping from a straight rod to the knot without intermediate states.
 
@@ -54,10 +61,11 @@ def direct_path(
         direction: of the straight rod, or "best".
         start: position of the straight rod's first vertex, shape (3,), mm; None puts the rod's middle at the target's
             centroid.
+        slices: edges of the straight rod, mm; by default all as long as the mean chord of the target.
 
     Raises:
         InputError: the target, the direction or the start is not valid.
     """
     points = check_target(target)
-    unit = resolve_direction(direction, points)
-    return DirectPath(straight=straight_rod(points, unit, start), target=points, direction=unit)
+    unit, edges = resolve_direction(direction, points), check_slices(slices, points)
+    return DirectPath(straight=straight_rod(points, unit, edges, start), target=points, direction=unit, slices=edges)

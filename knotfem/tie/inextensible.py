@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from knotfem.geometry.slices import Slices
 from knotfem.geometry.vectors import perpendicular, unit_edges
 from knotfem.tie.direction import resolve_direction
-from knotfem.tie.path import CentrelinePath, check_target, check_time, straight_rod, stretch_range
+from knotfem.tie.path import CentrelinePath, check_slices, check_target, check_time, straight_rod, stretch_range
 from knotfem.types import Array
 
 _REPORT_TIMES = np.linspace(0.0, 1.0, 41)
@@ -21,12 +22,13 @@ _REPORT_TIMES = np.linspace(0.0, 1.0, 41)
 class InextensiblePath(CentrelinePath):
     """Edge i at time t is l_i(t) (cos(t theta_i) E + sin(t theta_i) n_i); the centroid moves on a straight line.
 
-    l_i(t) changes linearly from h to the chord of the target. With equal chords the stretch is 1 at all times, with
-    others it deviates from 1 most at t = 1.
+    l_i(t) changes linearly from the length of slice i to the chord of the target. With chords as long as the slices the
+    stretch is 1 at all times, with others it deviates from 1 most at t = 1.
 
     Attributes:
         target: shape (n + 1, 3), mm.
         direction: unit vector E of the straight rod, shape (3,).
+        slices: edges of the straight rod, mm.
         angles: theta between E and the target's edges, shape (n,), rad.
         normals: n, unit vectors perpendicular to E, in the plane of E and the target's edge, shape (n, 3).
         drift: vector from the target's centroid to that of the straight rod, shape (3,), mm.
@@ -36,6 +38,7 @@ class InextensiblePath(CentrelinePath):
 
     target: Array
     direction: Array
+    slices: Slices
     angles: Array
     normals: Array
     drift: Array
@@ -44,7 +47,7 @@ class InextensiblePath(CentrelinePath):
 
     def _offsets(self, t: float) -> Array:
         """Return the vertices relative to vertex 0, shape (n + 1, 3), mm."""
-        lengths = (1.0 - t) * self.chord + t * np.linalg.norm(np.diff(self.target, axis=0), axis=1)
+        lengths = (1.0 - t) * self.slices.lengths + t * np.linalg.norm(np.diff(self.target, axis=0), axis=1)
         edges = np.cos(t * self.angles)[:, None] * self.direction + np.sin(t * self.angles)[:, None] * self.normals
         return np.concatenate([np.zeros((1, 3)), np.cumsum(lengths[:, None] * edges, axis=0)])
 
@@ -74,7 +77,11 @@ def _largest_turn(points: Array) -> float:
 
 
 def inextensible_path(
-    target: ArrayLike, *, direction: str | ArrayLike = "best", start: ArrayLike | None = None
+    target: ArrayLike,
+    *,
+    direction: str | ArrayLike = "best",
+    start: ArrayLike | None = None,
+    slices: Slices | None = None,
 ) -> InextensiblePath:
     """Inextensible mapping, which rotates every edge from the direction E of the straight rod to its target.
 
@@ -85,23 +92,25 @@ def inextensible_path(
             much.
         start: position of the straight rod's first vertex, shape (3,), mm; None puts the rod's middle at the target's
             centroid.
+        slices: edges of the straight rod, mm; by default all as long as the mean chord of the target.
 
     Raises:
         InputError: the target, the direction or the start is not valid.
     """
     began = time.perf_counter()
     points = check_target(target)
-    unit = resolve_direction(direction, points)
+    unit, rest = resolve_direction(direction, points), check_slices(slices, points)
     tangents = unit_edges(points)
     across = tangents - (tangents @ unit)[:, None] * unit
     across -= (across @ unit)[:, None] * unit
     sines = np.linalg.norm(across, axis=1)
     angles = np.arctan2(sines, tangents @ unit)
     normals = np.where(sines[:, None] > 1e-14, across / np.maximum(sines, 1e-300)[:, None], perpendicular(unit))
-    straight = straight_rod(points, unit, start)
+    straight = straight_rod(points, unit, rest, start)
     return InextensiblePath(
         target=points,
         direction=unit,
+        slices=rest,
         angles=angles,
         normals=normals,
         drift=straight.mean(axis=0) - points.mean(axis=0),

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from knotfem.geometry.slices import Slices
 from knotfem.tie.direction import resolve_direction
 from knotfem.tie.extremes import extreme_stretches
-from knotfem.tie.path import CentrelinePath, check_target, check_time, straight_rod, stretch_range
+from knotfem.tie.path import CentrelinePath, check_slices, check_target, check_time, straight_rod, stretch_range
 from knotfem.types import Array
 
 
@@ -24,12 +25,14 @@ class LinearPath(CentrelinePath):
         straight: X, the straight rod, shape (n + 1, 3), mm.
         target: x = X + u, shape (n + 1, 3), mm.
         direction: unit vector E of the straight rod, shape (3,).
+        slices: edges of the straight rod, mm.
         kind: name of the mapping.
     """
 
     straight: Array
     target: Array
     direction: Array
+    slices: Slices
     kind: str = "linear"
 
     def at(self, t: float) -> Array:
@@ -39,7 +42,7 @@ class LinearPath(CentrelinePath):
 
     def describe(self) -> dict[str, Any]:
         """Return the direction and the exact extreme stretches over all times."""
-        edges = np.diff(self.target, axis=0) / self.chord
+        edges = np.diff(self.target, axis=0) / self.slices.lengths[:, None]
         return {
             "kind": self.kind,
             "direction": self.direction.tolist(),
@@ -48,7 +51,11 @@ class LinearPath(CentrelinePath):
 
 
 def linear_path(
-    target: ArrayLike, *, direction: str | ArrayLike = (0.0, 0.0, 1.0), start: ArrayLike | None = (0.0, 0.0, 0.0)
+    target: ArrayLike,
+    *,
+    direction: str | ArrayLike = (0.0, 0.0, 1.0),
+    start: ArrayLike | None = (0.0, 0.0, 0.0),
+    slices: Slices | None = None,
 ) -> LinearPath:
     """Linear mapping from a straight rod, by default X_i = i h e_z, to the knot.
 
@@ -58,10 +65,11 @@ def linear_path(
             compresses the rod least, since the stretch of an edge at t = 1/2 is cos(angle / 2).
         start: position of the straight rod's first vertex, shape (3,), mm; None puts the rod's middle at the target's
             centroid.
+        slices: edges of the straight rod, mm; by default all as long as the mean chord of the target.
 
     Raises:
         InputError: the target, the direction or the start is not valid.
     """
     points = check_target(target)
-    unit = resolve_direction(direction, points)
-    return LinearPath(straight=straight_rod(points, unit, start), target=points, direction=unit)
+    unit, edges = resolve_direction(direction, points), check_slices(slices, points)
+    return LinearPath(straight=straight_rod(points, unit, edges, start), target=points, direction=unit, slices=edges)

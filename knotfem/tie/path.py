@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotfem.errors import InputError
+from knotfem.geometry.slices import Slices
 from knotfem.types import Array
 
 
@@ -19,24 +20,21 @@ class CentrelinePath(ABC):
         kind: name of the mapping, as `make_path` takes it.
         target: vertices of the knot, shape (n + 1, 3), mm.
         direction: unit vector E of the straight rod, shape (3,).
+        slices: edges of the straight rod, mm.
     """
 
     kind: str
     target: Array
     direction: Array
-
-    @property
-    def chord(self) -> float:
-        """Edge length h of the straight rod, mm."""
-        return mean_chord(self.target)
+    slices: Slices
 
     @abstractmethod
     def at(self, t: float) -> Array:
         """Return the vertices at mapping time t in [0, 1], shape (n + 1, 3), mm."""
 
     def stretch(self, t: float) -> Array:
-        """Return the stretches at mapping time t, edge length over h, shape (n,)."""
-        return np.linalg.norm(np.diff(self.at(t), axis=0), axis=1) / self.chord
+        """Return the stretches at mapping time t, edge length over that of the straight rod, shape (n,)."""
+        return np.linalg.norm(np.diff(self.at(t), axis=0), axis=1) / self.slices.lengths
 
     @abstractmethod
     def describe(self) -> dict[str, Any]:
@@ -86,27 +84,37 @@ def check_start(start: ArrayLike) -> Array:
     return place
 
 
-def mean_chord(points: Array) -> float:
-    """Return the mean edge length h of a polyline, mm, which is the edge length of the straight rod.
+def check_slices(slices: Slices | None, points: Array) -> Slices:
+    """Return the edges of the straight rod, mm; by default all as long as the mean chord of the target.
 
     Args:
-        points: vertices, shape (n + 1, 3), mm.
+        slices: that are given.
+        points: vertices of the target, shape (n + 1, 3), mm.
+
+    Raises:
+        InputError: not as many as the target has edges.
     """
-    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).mean())
+    chords = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    if slices is None:
+        return Slices(np.full(chords.size, chords.mean()))
+    if slices.count != chords.size:
+        raise InputError("wrong number of slices", found=slices.count, expected=f"{chords.size}, as the target's edges")
+    return slices
 
 
-def straight_rod(target: Array, direction: Array, start: ArrayLike | None = None) -> Array:
-    """Return the straight rod from which the target is tied: X_i = X_0 + i h E.
+def straight_rod(target: Array, direction: Array, slices: Slices, start: ArrayLike | None = None) -> Array:
+    """Return the straight rod from which the target is tied: X_i = X_0 + s_i E, s the arclength of the slices.
 
     Args:
-        target: vertices of the target, shape (n + 1, 3), mm; its mean chord is h.
+        target: vertices of the target, shape (n + 1, 3), mm.
         direction: unit vector E, shape (3,).
+        slices: edges of the straight rod, mm.
         start: X_0, shape (3,), mm; by default the rod's middle lies at the target's centroid.
 
     Returns:
-        Vertices with equal chords, shape (n + 1, 3), mm.
+        Vertices, shape (n + 1, 3), mm.
     """
-    arclength = mean_chord(target) * np.arange(len(target))
+    arclength = slices.arclength
     first = target.mean(axis=0) - arclength.mean() * direction if start is None else check_start(start)
     return first + arclength[:, None] * direction
 

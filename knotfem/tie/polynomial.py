@@ -14,11 +14,12 @@ from numpy.polynomial.legendre import legvander
 from numpy.typing import ArrayLike
 
 from knotfem.errors import InputError, NotConverged
+from knotfem.geometry.slices import Slices
 from knotfem.geometry.vectors import unit
 from knotfem.tie.direction import candidate_directions
 from knotfem.tie.extremes import extreme_stretches
 from knotfem.tie.minimax import Minimax, Shape
-from knotfem.tie.path import CentrelinePath, check_target, check_time, mean_chord, straight_rod, stretch_range
+from knotfem.tie.path import CentrelinePath, check_slices, check_target, check_time, straight_rod, stretch_range
 from knotfem.types import Array
 
 _STARTS = 4
@@ -38,8 +39,10 @@ class PolynomialPath(CentrelinePath):
         straight: X, the straight rod, shape (n + 1, 3), mm.
         target: x, shape (n + 1, 3), mm.
         temporary: v, shape (n + 1, 3), mm.
-        coefficients: v_i = sum_j coefficients[j] P_j(2 i / n - 1), Legendre polynomials, shape (p + 1, 3), mm.
+        coefficients: v_i = sum_j coefficients[j] P_j(2 s_i / L - 1), Legendre polynomials of the arclength s, shape
+            (p + 1, 3), mm.
         direction: unit vector E of the straight rod, shape (3,).
+        slices: edges of the straight rod, mm.
         search: how the coefficients were found, as values that JSON can hold.
         kind: name of the mapping.
     """
@@ -49,6 +52,7 @@ class PolynomialPath(CentrelinePath):
     temporary: Array
     coefficients: Array
     direction: Array
+    slices: Slices
     search: dict[str, Any]
     kind: str = "polynomial"
 
@@ -59,7 +63,7 @@ class PolynomialPath(CentrelinePath):
 
     def describe(self) -> dict[str, Any]:
         """Return direction, degree, coefficients, exact extreme stretches over all times, and facts of the search."""
-        h = self.chord
+        h = self.slices.lengths[:, None]
         edges, temporary = np.diff(self.target, axis=0) / h, np.diff(self.temporary, axis=0) / h
         return {
             "kind": self.kind,
@@ -79,6 +83,7 @@ def polynomial_path(
     refine: bool = False,
     direction: Literal["best"] | ArrayLike = "best",
     start: ArrayLike | None = None,
+    slices: Slices | None = None,
 ) -> PolynomialPath:
     """Mapping whose temporary displacements minimise max |lambda - 1| over all edges and all mapping times.
 
@@ -94,6 +99,7 @@ def polynomial_path(
         direction: of the straight rod, or "best" to optimise it too.
         start: position of the straight rod's first vertex, shape (3,), mm; by default the rod's middle lies at the
             target's centroid. It has no influence on the stretch.
+        slices: edges of the straight rod, mm; by default all as long as the mean chord of the target.
 
     Raises:
         InputError: the target, degree, threshold or direction is not valid.
@@ -101,11 +107,12 @@ def polynomial_path(
     """
     began = time.perf_counter()
     points = check_target(target)
-    n, h = len(points) - 1, mean_chord(points)
-    edges = np.diff(points, axis=0) / h
+    rest = check_slices(slices, points)
+    edges = np.diff(points, axis=0) / rest.lengths[:, None]
     _check_arguments(edges, degree, threshold, direction)
-    legendre = legvander(np.linspace(-1.0, 1.0, n + 1), degree)
-    basis, triangle = np.linalg.qr(np.diff(legendre[:, 1:], axis=0))
+    legendre = legvander(_interval(rest), degree)
+    h = rest.lengths[0]
+    basis, triangle = np.linalg.qr(np.diff(legendre[:, 1:], axis=0) / (rest.lengths / h)[:, None])
     problem = Minimax(edges, basis, isinstance(direction, str), 0.0 if refine else threshold)
     best, descents = _search(problem, direction)
     if best.deviation >= threshold:
@@ -118,11 +125,12 @@ def polynomial_path(
     coefficients[1:] = np.linalg.solve(triangle, best.weights) * h
     coefficients[0] = -(legendre[:, 1:] @ coefficients[1:]).mean(axis=0)
     return PolynomialPath(
-        straight=straight_rod(points, best.direction, start),
+        straight=straight_rod(points, best.direction, rest, start),
         target=points,
         temporary=legendre @ coefficients,
         coefficients=coefficients,
         direction=best.direction,
+        slices=rest,
         search={
             "threshold": float(threshold),
             "refined": bool(refine),
@@ -133,8 +141,13 @@ def polynomial_path(
     )
 
 
+def _interval(slices: Slices) -> Array:
+    """Arclength of the vertices, taken to -1 to 1, shape (n + 1,)."""
+    return np.linspace(-1.0, 1.0, slices.count + 1) if slices.equal else 2.0 * slices.fractions - 1.0
+
+
 def _check_arguments(edges: Array, degree: int, threshold: float, direction: str | ArrayLike) -> None:
-    """Raise InputError for what `polynomial_path` cannot use; edges of the target over h, shape (n, 3)."""
+    """Raise InputError for what `polynomial_path` cannot use; edges of the target over those it has when straight."""
     highest = min(len(edges), _HIGHEST_DEGREE)
     if isinstance(degree, bool) or not isinstance(degree, int | np.integer) or not 1 <= degree <= highest:
         raise InputError(
@@ -145,8 +158,8 @@ def _check_arguments(edges: Array, degree: int, threshold: float, direction: str
     lengths = np.linalg.norm(edges, axis=1)
     if np.abs(lengths - 1.0).max() >= threshold:
         raise InputError(
-            "the target's own chords differ by more than the stretch threshold",
-            found=f"{lengths.min():.4g} to {lengths.max():.4g} of their mean",
+            "the target's own chords differ from the straight rod's by more than the stretch threshold",
+            found=f"{lengths.min():.4g} to {lengths.max():.4g} of those of the straight rod",
             expected=f"within {threshold:g}: resample by equal chords",
         )
     if isinstance(direction, str) and direction != "best":

@@ -15,6 +15,7 @@ from knotfem.contact.pairs import PairContact
 from knotfem.contact.rigid import Cylinder, RigidSurface
 from knotfem.contact.tube_friction import TubeFriction
 from knotfem.contact.tube_obstacle_friction import TubeObstacleFriction
+from knotfem.geometry.slices import Slices
 
 LAW = Penalty(stiffness=11.4, ramp=0.2)
 STICK = 0.1
@@ -33,14 +34,14 @@ class Crossing:
         """Move every anchor at random by about a distance in mm; some pairs then slide, most stick."""
         self.contact.update(self.x)
         self.friction.update(self.x)
-        slices = distance / self.contact.surface.stations.spacing[0]
+        slices = distance / self.contact.surface.stations.longest[0]
         anchor = self.friction.view.anchor
         anchor += np.random.default_rng(3).uniform(-slices, slices, anchor.shape)
 
 
-def crossed(order: tuple[int, int] = (0, 1), noise: float = 0.02, mu: float = 0.4) -> Crossing:
+def crossed(order: tuple[int, int] = (0, 1), noise: float = 0.02, mu: float = 0.4, graded: bool = False) -> Crossing:
     """Rods of different slices and sections; `order` says which is numbered first."""
-    sizes = [(20, 12), (15, 20)]
+    sizes = [(_slices(20, graded), 12), (_slices(15, graded), 20)]
     placed = {}
     for number in (0, 1):
         slices, section = sizes[number]
@@ -59,6 +60,11 @@ def crossed(order: tuple[int, int] = (0, 1), noise: float = 0.02, mu: float = 0.
     contact = PairContact(*surfaces(rods, 0.75), LAW)
     friction = Friction(contact, TubeFriction(STICK), np.full((2, 2), mu))
     return Crossing(rods, np.vstack(parts), contact, friction)
+
+
+def _slices(count: int, graded: bool) -> int | Slices:
+    lengths = 1.0 + 0.4 * np.sin(np.arange(count))
+    return Slices(lengths * 30.0 / lengths.sum()) if graded else count
 
 
 @dataclass(eq=False)

@@ -68,10 +68,10 @@ def test_samples_cover_the_rods_evenly():
     s = make_samples(layout, 0.75)
     for rod, length in ((0, 10.0), (1, 10.5)):
         assert s.view.measure[s.rod == rod].sum() == pytest.approx(length)
-        steps = np.diff(s.u[s.rod == rod]) * layout.spacing[rod]
+        steps = np.diff(s.u[s.rod == rod]) * layout.spacing[layout.first[rod]]
         assert steps.max() <= 0.75 + 1e-12
     x = np.concatenate([line(5, 10.0), line(7, 10.5)])
-    np.testing.assert_allclose(s.places(x)[:, 0], s.u * layout.spacing[s.rod], atol=1e-12)
+    np.testing.assert_allclose(s.places(x)[:, 0], s.u * layout.spacing[layout.first[s.rod]], atol=1e-12)
 
 
 def test_interpolation_goes_from_one_edge_midpoint_to_the_next():

@@ -21,12 +21,13 @@ from knotfem.models.rod.frames import Frames
 class Coiled:
     """A rod that crosses itself on a cylinder, a second one along it: all contacts at once."""
 
-    def __init__(self):
+    def __init__(self, graded: bool = False):
         rng = np.random.default_rng(3)
         segments, R = 36, 14.0
-        self.layout = make_layout([segments, 12], [2.0, 2.0], [3.0, 2.5])
+        lengths = 2.0 + 0.6 * np.sin(np.arange(segments)) if graded else 2.0
+        self.layout = make_layout([segments, 12], [lengths, 2.0], [3.0, 2.5])
         x = np.zeros((self.layout.nodes, 4))
-        s = np.arange(segments + 1) * 2.0 - segments
+        s = self.layout.arclength[self.layout.of(0)] - segments
         first, second = self.layout.of(0), self.layout.of(1)
         x[first, :3] = np.stack([R * np.sin(1.3 * s / R), -R * np.cos(1.3 * s / R), 0.075 * s], axis=1)
         phi = np.arange(13) * 2.0 / (R + 5.2)
@@ -54,9 +55,9 @@ class Coiled:
         return [e for i, e in enumerate(self.terms) if i != chosen] + [self.terms[chosen]]
 
 
-@pytest.fixture(scope="module")
-def coiled():
-    return Coiled()
+@pytest.fixture(scope="module", params=[False, True], ids=["equal", "graded"])
+def coiled(request):
+    return Coiled(request.param)
 
 
 def test_the_specimen_sticks_and_slides(coiled):
@@ -85,7 +86,7 @@ def test_forces_between_rods_balance(coiled, name):
 
 @pytest.mark.parametrize("name", ["contact", "friction"])
 def test_turned_rods_feel_the_turned_forces(coiled, name):
-    turned, Q = Coiled(), rotation()
+    turned, Q = Coiled(bool(np.ptp(coiled.layout.spacing[:36]) > 0.0)), rotation()
     turned.friction.view.stored[:] = coiled.friction.view.stored
     view = coiled.frames.view
     turned.frames.view = view._replace(tangent=view.tangent @ Q.T, director=view.director @ Q.T)

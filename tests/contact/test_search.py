@@ -9,7 +9,8 @@ from knotfem.contact.curve_pairs import CurveSurface
 from knotfem.contact.law import Penalty
 from knotfem.contact.pairs import PairContact
 from knotfem.contact.search import _find_candidates, find_pairs, grown, match_pairs
-from knotfem.contact.surface import Stations
+from knotfem.contact.stations import make_stations
+from knotfem.geometry.slices import Slices, equal_slices
 from knotfem.mesh.rod_layout import make_layout
 
 WAVES = 80
@@ -123,18 +124,20 @@ def test_stations_far_away_are_passed_over_but_none_within_reach():
         path += 0.4 * rng.standard_normal(path.shape)
         other = path[60] + np.array([0.5, 0.5, 0.5]) + np.outer(np.linspace(-4.0, 4.0, 9), rng.standard_normal(3))
         x = np.vstack([path, other])
-        stations = Stations(np.arange(129), np.array([0, 120, 129]), np.array([0.5, 1.0]), np.array([0.6, 0.5]))
+        slices = [Slices(rng.uniform(0.3, 0.5, 119)), equal_slices(8.0, 8)]
+        stations = make_stations(np.arange(129), slices, [0.6, 0.5])
         out = np.empty((2000, 3), dtype=np.int64)
         count = _find_candidates(x, stations, 0.3, 3.2, out)
         found = {tuple(row) for row in out[:count].tolist()}
         expected = set()
         for own, rod in ((0, 0), (0, 1), (1, 0), (1, 1)):
-            reach = stations.radius[own] + stations.radius[rod] + 0.3 + stations.spacing[own] + stations.spacing[rod]
+            reach = stations.radius[own] + stations.radius[rod] + 0.3 + stations.longest[own] + stations.longest[rod]
             first, last = stations.first[rod], stations.first[rod + 1]
             for i in range(stations.first[own], stations.first[own + 1]):
                 distance = np.linalg.norm(x[first:last] - x[i], axis=1)
                 if own == rod:
-                    near = np.abs(np.arange(first, last) - i) <= 3.2 * stations.radius[own] / stations.spacing[own]
+                    arc = stations.arclength[first:last] - stations.arclength[i]
+                    near = np.abs(arc) <= 3.2 * stations.radius[own]
                     distance[near] = np.inf
                 padded = np.concatenate([[np.inf], distance, [np.inf]])
                 least = (distance < reach) & (distance <= padded[:-2]) & (distance < padded[2:])

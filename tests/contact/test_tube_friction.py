@@ -31,8 +31,10 @@ def test_some_pairs_stick_and_some_slide(slipped):
     assert slipped.friction.sliding > 10
 
 
+@pytest.mark.parametrize("graded", [False, True])
 @pytest.mark.parametrize("distance", [0.02, 0.3])
-def test_tangent_is_the_derivative_of_the_residual(crossing, distance):
+def test_tangent_is_the_derivative_of_the_residual(make_crossing, distance, graded):
+    crossing = make_crossing(graded=graded)
     crossing.slip(distance)
     assert directional_error([crossing.contact, crossing.friction], crossing.x) < 1e-5
 

@@ -53,7 +53,9 @@ def test_weights_follow_the_closest_point_from_step_to_step(crossing):
     assert (contact.pairs.weight[inside] == 0.5).all()
 
 
-def test_tangent_is_the_derivative_of_the_residual(crossing):
+@pytest.mark.parametrize("graded", [False, True])
+def test_tangent_is_the_derivative_of_the_residual(make_crossing, graded):
+    crossing = make_crossing(graded=graded)
     assert directional_error([crossing.contact], crossing.x) < 1e-6
 
 

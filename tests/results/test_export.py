@@ -11,7 +11,7 @@ from click.testing import CliRunner
 import knotfem as kf
 from knotfem.errors import InputError
 from knotfem.mesh.rod import RodMesh
-from knotfem.models.solid.body import mesh_of
+from knotfem.models.solid.body import meshes_of
 from knotfem.results.export import export
 from knotfem_cli.main import knotfem_command
 
@@ -35,7 +35,8 @@ def rod(tmp_path_factory) -> kf.Run:
 
 
 def mesh_of_run(run: kf.Run) -> RodMesh:
-    return mesh_of(run.scene.rods[0])
+    ((mesh, _),) = meshes_of(run.scene)
+    return mesh
 
 
 @pytest.mark.parametrize("reference", [False, True])
@@ -98,7 +99,7 @@ def test_decks_carry_the_ends_or_hold_them(solid, tmp_path):
 def test_two_rods_have_names_of_their_own(tmp_path):
     overrides = [f"rods.{i}.mesh.{key}" for i in (0, 1) for key in ("section_elements=4", "element_length=20 mm")]
     scene = kf.load_scene("crossed-rods", [*overrides, "solver.threads=1"])
-    meshes = [mesh_of(rod) for rod in scene.rods]
+    meshes = [mesh for mesh, _ in meshes_of(scene)]
     reference = np.concatenate([mesh.nodes for mesh in meshes])
     from knotfem.results.fields import StateFields
     from knotfem.results.states import RunState

@@ -144,6 +144,16 @@ def test_stopped_run_goes_on_to_the_same_bits(pulled, tmp_path, monkeypatch):
     assert_same_bits(pulled, run, "force.csv", "tension.csv", "contacts.csv")
 
 
+def test_stopped_run_of_graded_slices_goes_on_to_the_same_bits(tmp_path, monkeypatch):
+    scene = coarse(
+        "model=rod", "rods.0.mesh.element_length=8 mm", "rods.0.mesh.turning_angle=0.3", "steps.1.displacement=2 mm"
+    )
+    whole = RunDirectory.create(scene, tmp_path / "whole")
+    pull(whole)
+    run = stopped_halfway(scene, tmp_path / "stopped", whole, monkeypatch)
+    assert_same_bits(whole, run, "force.csv", "tension.csv", "contacts.csv", "twist.csv")
+
+
 LOADED = (
     "rods.0.mesh.section_elements=4", "rods.0.mesh.element_length=8 mm", "output.fields=false", "solver.threads=1",
     'steps=[{kind="load",duration="1 s",ends={rod={end={motion="loaded",force="0.02 N",direction=[1,0,0]}}}}]',

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from knotfem import shipped
 from knotfem.errors import InputError
+from knotfem.geometry.slices import equal_slices
 from knotfem.models.centreline import centreline_of
 from knotfem.scene import Scene, load_scene, scene_to_toml
 from knotfem.scene.load import describe
@@ -146,7 +147,7 @@ def test_every_kind_of_curve_file_is_read(tmp_path: Path, suffix: str) -> None:
     curve = tmp_path / f"mine{suffix}"
     curve.write_text(written[suffix])
     scene = load_scene("cantilever", [f"rods.0.centerline={curve}"])
-    points = centreline_of(scene.rods[0], 10, scene).points
+    points = centreline_of(scene.rods[0], equal_slices(scene.rods[0].length, 10), scene).points
     assert points[:, 0] == pytest.approx([8.0 * i for i in range(11)], abs=1e-9)
     assert set(written) == set(CURVE_SUFFIXES)
 
@@ -169,6 +170,8 @@ REFUSED = [
     ("rods.0.material.bulk_over_shear=0.5", "rods.0.material.bulk_over_shear", "greater than 0.666"),
     ("rods.0.core.radius=3 mm", "rods.0.core.radius", "as thick as the rod"),
     ("rods.0.mesh.element_length=500 mm", "rods.0.mesh.element_length", "too long"),
+    ("rods.0.mesh.turning_angle=0", "rods.0.mesh.turning_angle", "found 0; expected greater than 0"),
+    ("rods.0.mesh.turning_angle=5 deg", "rods.0.mesh.turning_angle", "valid number"),
     ("rods.0.mesh.section_elements=12.5", "rods.0.mesh.section_elements", "integer"),
     ("rods.0.mesh.element=hex9", "rods.0.mesh.element", '"hex8"'),
     ("rods.0.centerline=bowlin", "rods.0.centerline", '"bowline"'),

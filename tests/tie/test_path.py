@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from knotfem.errors import InputError
+from knotfem.geometry.slices import Slices
 from knotfem.tie import KINDS, make_path
 
 TIMES = (0.0, 0.13, 0.5, 0.77, 1.0)
@@ -16,7 +17,7 @@ def test_ends_are_the_straight_rod_and_exactly_the_target(kind, overhand):
     assert path.describe()["kind"] == kind
     assert np.array_equal(path.at(1.0), overhand)
     np.testing.assert_allclose(
-        edges, np.broadcast_to(path.chord * np.array(path.describe()["direction"]), (120, 3)), atol=1e-12
+        edges, np.broadcast_to(path.slices.lengths[0] * np.array(path.describe()["direction"]), (120, 3)), atol=1e-12
     )
     np.testing.assert_allclose(path.stretch(0.0), 1.0, rtol=0.0, atol=1e-12)
 
@@ -29,6 +30,29 @@ def test_stretch_is_edge_length_over_rest_length(kind, overhand):
         x = path.at(t)
         expected = [np.sqrt(((x[i + 1] - x[i]) ** 2).sum()) / rest for i in range(len(x) - 1)]
         np.testing.assert_allclose(path.stretch(t), expected, atol=1e-12)
+
+
+def uneven(points: np.ndarray) -> tuple[np.ndarray, Slices]:
+    """Every vertex of the first half of a polyline, every other of the second, and its chords."""
+    kept = points[np.r_[0:60, 60:121:2]]
+    return kept, Slices(np.linalg.norm(np.diff(kept, axis=0), axis=1))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_rod_of_unequal_slices_is_stretched_by_its_own_lengths(kind, overhand):
+    target, slices = uneven(overhand)
+    path = make_path(kind, target, slices=slices)
+    rod = path.at(0.0)
+    lengths = np.linalg.norm(np.diff(rod, axis=0), axis=1)
+    np.testing.assert_allclose(lengths, slices.lengths, rtol=1e-12)
+    np.testing.assert_allclose(np.diff(rod, axis=0), lengths[:, None] * path.direction, atol=1e-11)
+    np.testing.assert_allclose(path.stretch(0.0), 1.0, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(path.stretch(1.0), 1.0, rtol=0.0, atol=1e-12)
+    assert np.array_equal(path.at(1.0), target)
+    if kind in ("polynomial", "inextensible"):
+        dense = np.array([path.stretch(t) for t in np.linspace(0.0, 1.0, 301)])
+        assert path.describe()["max_stretch_deviation"] == pytest.approx(np.abs(dense - 1.0).max(), abs=2e-5)
+        assert np.abs(dense - 1.0).max() < (0.11 if kind == "polynomial" else 1e-10)
 
 
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "direct"])
@@ -76,6 +100,7 @@ def test_linear_path_stands_where_the_paper_has_it(overhand):
         ({"direction": "up"}, "best"),
         ({"kind": "linear", "direction": "up"}, "best"),
         ({"start": (0.0, np.inf, 0.0)}, "start"),
+        ({"slices": Slices(np.ones(3))}, "slices"),
         ({"degree": 0}, "degree"),
         ({"degree": 2.5}, "degree"),
         ({"degree": 3}, "1 to 2"),

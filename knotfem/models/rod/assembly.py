@@ -99,7 +99,7 @@ class DiscreteRods:
     def edges(self) -> tuple[np.ndarray, np.ndarray]:
         """Nodes of each edge, shape [edges, 2], and its length when free of stress [mm], shape [edges]."""
         edges = self.layout.edges
-        return np.stack([edges, edges + 1], axis=1), self.layout.spacing[self.layout.rod[edges]]
+        return np.stack([edges, edges + 1], axis=1), self.layout.spacing[edges]
 
     def _stretch(self) -> AxialStiffness:
         rod = self.layout.rod[self.layout.edges]

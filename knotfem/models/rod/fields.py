@@ -31,7 +31,7 @@ def tube_mesh(layout: RodLayout) -> SeriesMesh:
     cells, points = [], []
     for rod, ring in enumerate(tube_rings(layout)):
         cells.append(side_quads(ring))
-        r, z = layout.radius[rod], np.arange(len(ring)) * layout.spacing[rod]
+        r, z = layout.radius[rod], layout.arclength[layout.of(rod)]
         x, y = np.broadcast_to(r * _COS, ring.shape), np.broadcast_to(r * _SIN, ring.shape)
         points.append(np.stack([x, y, np.broadcast_to(z[:, None], ring.shape)], axis=-1).reshape(-1, 3))
     reference = np.concatenate(points)
@@ -90,9 +90,10 @@ def contact_pressure(layout: RodLayout, found: ContactReport, x: np.ndarray, acr
         other = found.other[on_rods]
         _, there, weight = _on_axis(layout, x, other, found.other_arclength[on_rods])
         sides.append((other, there, weight, found.normal[on_rods], found.normal_force[on_rods]))
+    cell = np.concatenate([vertex_means(layout.slices(rod).lengths) for rod in range(layout.rods)])
     for rod, node, ahead, direction, force in sides:
-        line = force / layout.spacing[rod] * 2.0 / (np.pi * layout.radius[rod])
         for end, weight in ((0, 1.0 - ahead), (1, ahead)):
+            line = force / cell[node + end] * 2.0 / (np.pi * layout.radius[rod])
             facing = np.maximum(np.einsum("kai,ki->ka", across[node + end], direction), 0.0)
             np.add.at(pressure, node + end, (line * weight)[:, None] * facing)
     return pressure
@@ -102,10 +103,12 @@ def _on_axis(
     layout: RodLayout, x: np.ndarray, rod: np.ndarray, arclength: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Places at arclengths of rods, the node behind each, and the weight of the one ahead."""
-    count = np.diff(layout.first)[rod]
-    u = np.clip(arclength / layout.spacing[rod], 0.0, count - 1.0)
-    base = np.minimum(u.astype(np.int64), count - 2)
-    part, node = u - base, layout.first[rod] + base
+    node = np.empty(rod.size, dtype=np.int64)
+    for number in range(layout.rods):
+        own, nodes = rod == number, layout.of(number)
+        inner = layout.arclength[nodes][1:-1]
+        node[own] = nodes.start + np.searchsorted(inner, arclength[own], side="right")
+    part = np.clip((arclength - layout.arclength[node]) / layout.spacing[node], 0.0, 1.0)
     return (1.0 - part)[:, None] * x[node, :3] + part[:, None] * x[node + 1, :3], node, part
 
 
@@ -139,9 +142,9 @@ def _largest_strain(axial: np.ndarray, shear: np.ndarray, poissons_ratio: np.nda
 
 
 def _at_nodes(layout: RodLayout, edges: np.ndarray) -> np.ndarray:
-    """Means of values on the edges of all rods at each node."""
+    """Values on the edges of all rods taken to each node."""
     rod = layout.rod[layout.edges]
-    return np.concatenate([vertex_means(edges[rod == number]) for number in range(layout.rods)])
+    return np.concatenate([layout.slices(number).at_sections(edges[rod == number]) for number in range(layout.rods)])
 
 
 def _around(nodes: np.ndarray) -> np.ndarray:

@@ -120,7 +120,7 @@ class Frames(Term):
         director0[layout.edges] = material_frames(t, director[layout.edges])[:, 0]
         inner = layout.inner
         self._inner = np.stack([inner - 1, inner], axis=1)
-        self._inner_cell = layout.spacing[layout.rod[inner]]
+        self._inner_cell = 0.5 * (layout.spacing[inner - 1] + layout.spacing[inner])
         self._set(np.zeros(0, dtype=np.int64), tangent0, director0, np.zeros(inner.size))
         self._set(self.clamped, tangent0, director0, self._turns(tangent0, director0))
         self._initial = self.history()
@@ -216,7 +216,7 @@ class Frames(Term):
         at_start = np.isin(clamped, layout.first[:-1])
         left, right = np.where(at_start, beyond, clamped - 1), np.where(at_start, clamped, beyond)
         edges = np.concatenate([self._inner, np.stack([left, right], axis=1).astype(np.int64)])
-        self.cell = np.concatenate([self._inner_cell, 0.5 * layout.spacing[layout.rod[clamped]]])
+        self.cell = np.concatenate([self._inner_cell, 0.5 * layout.spacing[np.where(at_start, clamped, clamped - 1)]])
         a, b = edges.T
         stencil = np.stack([a, a + 1, b, b + 1], axis=1)
         stencil[a >= n, :2] = -1

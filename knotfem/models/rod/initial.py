@@ -14,8 +14,9 @@ import numpy as np
 from knotfem.geometry.finite_rotation import parallel_transport, rotate
 from knotfem.geometry.frames import tangents, twist_of
 from knotfem.geometry.rotation import angle_about, nearest_turn
+from knotfem.geometry.slices import Slices
 from knotfem.geometry.vectors import perpendicular, unit_edges
-from knotfem.models.centreline import Centreline, centrelines_of
+from knotfem.models.centreline import Centreline, centrelines_of, slices_of
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import Rod
 from knotfem.scene.steps import Clamped, Driven
@@ -35,10 +36,12 @@ class SourceRod:
 
     Attributes:
         points: of its axis [mm], shape [sections, 3].
+        fractions: arclength over the length of the rod, shape [sections].
         frames: of its sections, rows d1, d2, t, shape [sections, 3, 3].
     """
 
     points: np.ndarray
+    fractions: np.ndarray
     frames: np.ndarray
 
 
@@ -68,7 +71,8 @@ def initial_rods(scene: Scene, source: Sequence[SourceRod] = ()) -> list[Initial
         InputError: a centreline along which no rod can lie.
     """
     if source:
-        return [_as_left(scene, rod, left) for rod, left in zip(scene.rods, source, strict=True)]
+        parts = zip(scene.rods, source, slices_of(scene), strict=True)
+        return [_as_left(scene, rod, left, slices) for rod, left, slices in parts]
     found = []
     for rod, target in zip(scene.rods, centrelines_of(scene), strict=True):
         t = tangents(target.points)
@@ -76,14 +80,13 @@ def initial_rods(scene: Scene, source: Sequence[SourceRod] = ()) -> list[Initial
     return found
 
 
-def _as_left(scene: Scene, rod: Rod, left: SourceRod) -> InitialRod:
+def _as_left(scene: Scene, rod: Rod, left: SourceRod, slices: Slices) -> InitialRod:
     """The least twisted rod between the ends that the first step clamps as the source left them."""
     held = scene.steps[0].ends[rod.name] if scene.steps else None
     start, end = (
         held is None or isinstance(side, Clamped | Driven) for side in (held and held.start, held and held.end)
     )
-    points, ends = _resampled(left.points, rod.slices), left.frames[[0, -1]]
-    target = Centreline(points)
+    target, ends = Centreline(_resampled(left, slices), slices), left.frames[[0, -1]]
     free = _initial(target, ends[:, 2], ends[0, 0], 0.0)
     if not end:
         return free
@@ -100,13 +103,14 @@ def _initial(target: Centreline, ends: np.ndarray, director: np.ndarray, twist: 
     t = np.concatenate([ends[:1], edges, ends[1:]])
     d = parallel_transport(t, director)
     if twist != 0.0:
-        d = rotate(d, t, twist * np.concatenate([[0.0], (np.arange(len(edges)) + 0.5) / len(edges), [1.0]]))
+        d = rotate(d, t, twist * np.concatenate([[0.0], target.slices.middles, [1.0]]))
     return InitialRod(target, d[1:-1], (EndFrame(t[0], d[0]), EndFrame(t[-1], d[-1])))
 
 
-def _resampled(points: np.ndarray, slices: int) -> np.ndarray:
-    if len(points) == slices + 1:
-        return points
+def _resampled(left: SourceRod, slices: Slices) -> np.ndarray:
+    """Material points of the axis at other cross-sections [mm], shape [slices + 1, 3]."""
+    if left.fractions.size == slices.count + 1 and np.allclose(left.fractions, slices.fractions, rtol=0.0, atol=1e-12):
+        return left.points
     from scipy.interpolate import CubicSpline
 
-    return CubicSpline(np.linspace(0.0, 1.0, len(points)), points)(np.linspace(0.0, 1.0, slices + 1))
+    return CubicSpline(left.fractions, left.points)(slices.fractions)

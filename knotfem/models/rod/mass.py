@@ -18,7 +18,7 @@ def lumped_mass(layout: RodLayout, mass_per_length: np.ndarray) -> np.ndarray:
         layout: of the rods.
         mass_per_length: of each rod [tonne/mm], shape [rods].
     """
-    segment = (np.asarray(mass_per_length, dtype=float) * layout.spacing)[layout.rod[layout.edges]]
+    segment = np.asarray(mass_per_length, dtype=float)[layout.rod[layout.edges]] * layout.spacing[layout.edges]
     mass = np.zeros((layout.nodes, 4))
     mass[layout.edges, :3] += 0.5 * segment[:, None]
     mass[layout.edges + 1, :3] += 0.5 * segment[:, None]

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from knotfem.geometry.measures import vertex_means
 from knotfem.geometry.vectors import along_and_across
 from knotfem.models.base import Row
 from knotfem.models.profile import SectionForces, section_tangents, tension_rows
@@ -19,7 +18,7 @@ def profile_rows(
 ) -> Iterator[Row]:
     """Rows of tension.csv: a row for each node.
 
-    The tension is that of the nodal forces that one part of the rod exerts on the other, the mean of both sides of a
+    The tension is that of the nodal forces that one part of the rod exerts on the other, taken from both sides to a
     node; the axial force of the segments is divided between core and bulk by their stiffness. What the rods bend by has
     no part in the axial force, so that the two are two ways to one figure.
 
@@ -39,11 +38,12 @@ def profile_rows(
     tension = rods.tension(x)
     for number, rod in enumerate(scene):
         nodes, core = rods.layout.of(number), rod.core_axial_stiffness / rod.axial_stiffness
-        force = vertex_means(-np.cumsum(inner[nodes], axis=0)[:-1])
+        slices = rods.layout.slices(number)
+        force = slices.at_sections(-np.cumsum(inner[nodes], axis=0)[:-1])
         along, across = along_and_across(force, section_tangents(x[nodes, :3]))
-        axial = vertex_means(tension[rods.layout.rod[rods.layout.edges] == number])
+        axial = slices.at_sections(tension[rods.layout.rod[rods.layout.edges] == number])
         forces = SectionForces(
-            _arclength(rods, number),
+            slices,
             x[nodes, :3],
             along,
             core * axial,
@@ -61,13 +61,12 @@ def twist_rows(
     """Rows of twist.csv: a row for each node; see `profile_rows`."""
     twist, torque, curvature, moment = at_nodes(rods, x)
     for number, rod in enumerate(scene):
-        first = rods.layout.of(number).start
-        arclength = _arclength(rods, number)
-        for i, s in enumerate(arclength):
+        first, slices = rods.layout.of(number).start, rods.layout.slices(number)
+        for i, (s, fraction) in enumerate(zip(slices.arclength, slices.fractions, strict=True)):
             yield {
                 "displacement_mm": displacement,
                 "arclength_mm": float(s),
-                "s_over_L": i / (len(arclength) - 1),
+                "s_over_L": float(fraction),
                 "twist_rad_per_mm": float(twist[first + i]),
                 "torque_Nmm": float(torque[first + i]),
                 "curvature_per_mm": float(curvature[first + i]),
@@ -90,8 +89,3 @@ def at_nodes(rods: DiscreteRods, x: np.ndarray) -> tuple[np.ndarray, np.ndarray,
     nodes = np.zeros((4, rods.layout.nodes))
     nodes[:, where] = vertices
     return nodes[0], nodes[1], nodes[2], nodes[3]
-
-
-def _arclength(rods: DiscreteRods, number: int) -> np.ndarray:
-    nodes = rods.layout.of(number)
-    return np.arange(nodes.stop - nodes.start) * rods.layout.spacing[number]

@@ -16,13 +16,13 @@ class RodSpec:
     """One rod.
 
     Attributes:
-        points: nodes [mm], near equal chords, shape [n + 1, 3].
+        points: nodes [mm], shape [n + 1, 3].
         radius: [mm].
         bending: B [N mm^2].
         twisting: C [N mm^2].
         axial: EA [N].
         mass_per_length: [tonne/mm].
-        spacing: length of a segment free of stress [mm]; None for the mean chord.
+        spacing: length of a segment free of stress [mm], or that of each, shape [n]; None for the mean chord.
         directors: material director of each segment, across it, shape [n, 3]; None for a rod free of twist.
         relaxation_time: of internal damping [s].
     """
@@ -33,7 +33,7 @@ class RodSpec:
     twisting: float
     axial: float
     mass_per_length: float
-    spacing: float | None = None
+    spacing: float | np.ndarray | None = None
     directors: np.ndarray | None = None
     relaxation_time: float = 0.0
 

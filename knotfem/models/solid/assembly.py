@@ -56,7 +56,7 @@ def _contact_parts(body: Body) -> ContactParts:
     tubes = make_tubes(
         [rod.mesh.ring_nodes + rod.first for rod in body.rods],
         [rod.axis_nodes for rod in body.rods],
-        [rod.mesh.element_length for rod in body.rods],
+        [rod.target.slices for rod in body.rods],
         [rod.mesh.radius for rod in body.rods],
         [rod.mesh.radius * rod.mesh.node_scale for rod in body.rods],
     )

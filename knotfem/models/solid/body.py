@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knotfem.errors import InputError
+from knotfem.geometry.slices import Slices
 from knotfem.mesh.make_section import chosen_section, other_count
 from knotfem.mesh.quadratic import quadratic
 from knotfem.mesh.rod import RodMesh, extrude
 from knotfem.mesh.section import Section
 from knotfem.models.base import EndNodes
-from knotfem.models.centreline import Centreline, centrelines_of
+from knotfem.models.centreline import Centreline, centrelines_of, slices_of
 from knotfem.models.material import Material, NeoHooke
 from knotfem.models.solid.elasticity import Elasticity
 from knotfem.models.solid.formulation import lumped_mass, make_formulation
@@ -73,7 +74,8 @@ class SolidRod:
 
     def lumped(self, density: float) -> np.ndarray:
         """Mass of each node at this density, shape [nodes of the rod]."""
-        return lumped_mass(self.bulk.elements - self.first, self.bulk.formulation, density, len(self.mesh.nodes))
+        bulk = self.bulk
+        return lumped_mass(bulk.elements - self.first, bulk.formulation, density, len(self.mesh.nodes), bulk.heights)
 
     def end(self, side: str) -> EndNodes:
         """Nodes of the section at "start" or "end", with the weights of a force that stretches bulk and core alike."""
@@ -129,8 +131,7 @@ class Body:
     def axis_edges(self) -> tuple[np.ndarray, np.ndarray]:
         """Nodes of the centrelines' edges, shape [edges, 2], and their lengths [mm], shape [edges]."""
         edges = [np.stack([rod.axis_nodes[:-1], rod.axis_nodes[1:]], axis=1) for rod in self.rods]
-        lengths = [np.full(rod.mesh.slices, rod.mesh.element_length) for rod in self.rods]
-        return np.concatenate(edges), np.concatenate(lengths)
+        return np.concatenate(edges), np.concatenate([rod.mesh.lengths for rod in self.rods])
 
     @property
     def elastic(self) -> list[Term]:
@@ -138,12 +139,13 @@ class Body:
         return [term for rod in self.rods for term in (rod.bulk, rod.core) if term is not None]
 
 
-def mesh_of(rod: Rod, section: Section | None = None) -> RodMesh:
+def mesh_of(rod: Rod, slices: Slices, section: Section | None = None) -> RodMesh:
     """Hexahedra and truss of a rod, straight.
 
     Args:
         rod: what the user asked for.
-        section: instead of that.
+        slices: of the rod.
+        section: instead of what the user asked for.
 
     Raises:
         InputError: no such section.
@@ -153,12 +155,12 @@ def mesh_of(rod: Rod, section: Section | None = None) -> RodMesh:
         section = chosen_section(rod.mesh.section, rod.mesh.section_elements, order)
     elif section.order < order:
         section = quadratic(section)
-    return extrude(section, rod.radius, rod.length, rod.slices, match_bending=rod.mesh.match_bending_stiffness)
+    return extrude(section, rod.radius, rod.length, slices, match_bending=rod.mesh.match_bending_stiffness)
 
 
 def meshes_of(scene: Scene) -> list[tuple[RodMesh, int]]:
     """Meshes of all rods of a scene, as `mesh_of`, each with the number of its first node in the whole model."""
-    meshes = [mesh_of(rod) for rod in scene.rods]
+    meshes = [mesh_of(rod, slices) for rod, slices in zip(scene.rods, slices_of(scene), strict=True)]
     return list(zip(meshes, accumulate((len(mesh.nodes) for mesh in meshes[:-1]), initial=0), strict=True))
 
 
@@ -195,18 +197,18 @@ def build_body(scene: Scene, section: Section | None = None, materials: Mapping[
 
 
 def _solid_rod(rod: Rod, target: Centreline, first: int, section: Section | None, law: Material | None) -> SolidRod:
-    mesh = mesh_of(rod, section)
+    mesh = mesh_of(rod, target.slices, section)
     points = mesh.nodes[: len(mesh.section.points), :2]
     form = make_formulation(rod.mesh.element, points[mesh.section.quads], mesh.span * mesh.element_length)
     material = NeoHooke(rod.material.shear_modulus) if law is None else law
-    bulk = Elasticity(mesh.layers + first, form, material, rod.material.bulk_modulus)
+    bulk = Elasticity(mesh.layers + first, form, material, rod.material.bulk_modulus, mesh.heights)
     core = None
     if rod.core is not None:
         from knotfem.terms.axial import AxialStiffness
 
         edges, stiffness = mesh.core + first, np.full(len(mesh.core), rod.core_axial_stiffness)
-        length, merit = np.full(len(edges), mesh.element_length), np.full(len(edges), MERIT_AXIAL_STIFFNESS)
-        core = AxialStiffness("core", edges, length, stiffness, merit)
+        merit = np.full(len(edges), MERIT_AXIAL_STIFFNESS)
+        core = AxialStiffness("core", edges, mesh.lengths.copy(), stiffness, merit)
     return SolidRod(rod, mesh, first, target, bulk, core, mesh.section_nodes + first, points)
 
 

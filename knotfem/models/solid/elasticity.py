@@ -28,14 +28,16 @@ class Elasticity(Term):
 
     Args:
         elements: connectivity, shape [slices, quads, n].
-        formulation: tables of one slice.
+        formulation: tables of one layer.
         material: the law W.
         bulk_modulus: kappa [MPa].
+        heights: lengths of the layers over that of the tables, shape [slices]; None for layers as long as these.
 
     Raises:
         InputError: a law that no solid has.
 
     Attributes:
+        heights: of the layers.
         pressure: coefficients p_q [MPa], shape [slices, quads, q].
         modes: incompatible modes, shape [slices, quads, k, 3].
         smallest_j: smallest determinant of the deformation gradient, as last assembled.
@@ -43,11 +45,19 @@ class Elasticity(Term):
 
     name, role = "elasticity", Role.ELASTIC
 
-    def __init__(self, elements: np.ndarray, formulation: Formulation, material: Material, bulk_modulus: float) -> None:
+    def __init__(
+        self,
+        elements: np.ndarray,
+        formulation: Formulation,
+        material: Material,
+        bulk_modulus: float,
+        heights: np.ndarray | None = None,
+    ) -> None:
         check_material(material)
         self.elements, self.formulation = elements, formulation
         self.material, self.bulk_modulus = material, bulk_modulus
         slices, quads, count = elements.shape
+        self.heights = np.ones(slices) if heights is None else heights
         psi, weights = formulation.psi, formulation.weights
         pressures, extra = psi.shape[2], formulation.modes.shape[2]
         self._compliance = np.einsum("epi,epj,ep->eij", psi, psi, weights) / bulk_modulus
@@ -59,6 +69,7 @@ class Elasticity(Term):
             formulation.modes,
             formulation.centre,
             np.linalg.inv(self._compliance),
+            self.heights,
         )
         self._slots = np.empty((slices * quads, count, count), dtype=np.int32)
         self._condensed = CondensedView(
@@ -78,12 +89,18 @@ class Elasticity(Term):
         return self.material.shear_modulus
 
     @property
-    def layer_height(self) -> float:
-        """Length of a hexahedron along the rod [mm]: two over the axial gradient of its reference coordinate."""
+    def layer_heights(self) -> np.ndarray:
+        """Lengths of the hexahedra along the rod [mm], two over the axial gradient of their reference coordinate, shape
+        [slices]."""
         count = self.elements.shape[2]
         levels = 2 if count == 8 else 3
         level = np.repeat(np.linspace(-1.0, 1.0, levels), count // levels)
-        return float(2.0 / (self.formulation.grads[0, 0, :, 2] @ level))
+        return self.heights * (2.0 / (self.formulation.grads[0, 0, :, 2] @ level))
+
+    @property
+    def weights(self) -> np.ndarray:
+        """Reference volumes of the integration points [mm^3], shape [slices, quads, points]."""
+        return self.heights[:, None, None] * self.formulation.weights
 
     @property
     def admissible(self) -> bool:
@@ -97,7 +114,9 @@ class Elasticity(Term):
         form, places = self.formulation, x[self.elements]
         F = np.einsum("sqai,qgak->sqgik", places, form.grads)
         tangents = np.einsum("am,sqai->sqmi", form.centre, places)
-        return F + np.einsum("qgm,sqmi,sqmk->sqgik", form.modes, tangents, self.modes)
+        F += np.einsum("qgm,sqmi,sqmk->sqgik", form.modes, tangents, self.modes)
+        F[..., 2] /= self.heights[:, None, None, None]
+        return F
 
     def nodal_forces(self, x: np.ndarray, stress: np.ndarray) -> np.ndarray:
         """Forces on the nodes of each hexahedron [N], shape [slices, quads, n, 3].
@@ -106,7 +125,8 @@ class Elasticity(Term):
             x: positions [mm], shape [nodes, 3].
             stress: first Piola-Kirchhoff stress times volume, shape [slices, quads, points, 3, 3].
         """
-        form = self.formulation
+        form, stress = self.formulation, stress.copy()
+        stress[..., 2] /= self.heights[:, None, None, None]
         direct = np.einsum("sqgik,qgak->sqai", stress, form.grads)
         turned = np.einsum("sqgik,qgm,sqmk->sqmi", stress, form.modes, self.modes)
         return direct + np.einsum("sqmi,am->sqai", turned, form.centre)
@@ -147,7 +167,8 @@ class Elasticity(Term):
 
     def energy(self, x: np.ndarray) -> float:
         value, _ = self._potential(x, UnknownsView(self.pressure, self.modes), 0.0)
-        return value - 0.5 * float(np.einsum("sei,eij,sej->", self.pressure, self._compliance, self.pressure))
+        stored = np.einsum("s,sei,eij,sej->", self.heights, self.pressure, self._compliance, self.pressure)
+        return value - 0.5 * float(stored)
 
     def history(self) -> Arrays:
         if self.modes.size == 0:
@@ -174,12 +195,12 @@ class Elasticity(Term):
         if self.material.linear:
             return potential(x, self._view, unknowns, self.material.shear_modulus, modulus)
         invariant, determinant = self._invariants(x, unknowns.modes)
-        weights, dilatation = self.formulation.weights, determinant - 1.0
+        weights, dilatation = self.weights, determinant - 1.0
         pressure = np.einsum("qgm,sqm->sqg", self.formulation.psi, unknowns.pressure)
         with np.errstate(all="ignore"):
             density = self.material.energy(invariant) + pressure * dilatation
-        opening = np.einsum("qg,sqg->sq", weights, dilatation)
-        value = np.einsum("qg,sqg->", weights, density) + 0.5 * modulus * np.sum(opening**2 / weights.sum(axis=1))
+        opening = np.einsum("sqg,sqg->sq", weights, dilatation)
+        value = np.einsum("sqg,sqg->", weights, density) + 0.5 * modulus * np.sum(opening**2 / weights.sum(axis=2))
         return float(value), float(determinant.min())
 
     def _invariants(self, x: np.ndarray, modes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

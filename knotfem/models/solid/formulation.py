@@ -29,7 +29,7 @@ _POINTS = {"hex8": (2, 2), "hex8-reduced": (2, 1), "hex8-incompatible": (2, 2), 
 
 @dataclass(frozen=True, eq=False)
 class Formulation:
-    """Tables of one slice of elements; all slices of a rod are alike.
+    """Tables of one layer of elements; others of the rod differ from it in their length only.
 
     Attributes:
         grads: reference gradients [1/mm], shape [quads, points, n, 3].
@@ -139,17 +139,20 @@ def _linear_modes(points: np.ndarray, weights: np.ndarray) -> np.ndarray:
     return np.concatenate([np.ones((*weights.shape, 1)), points - mean[:, None]], axis=2)
 
 
-def lumped_mass(elements: np.ndarray, formulation: Formulation, density: float, nodes: int) -> np.ndarray:
+def lumped_mass(
+    elements: np.ndarray, formulation: Formulation, density: float, nodes: int, heights: np.ndarray | None = None
+) -> np.ndarray:
     """Row-sum mass [tonne] of the bulk, shape [nodes].
 
     Args:
         elements: connectivity, shape [slices, quads, n].
-        formulation: tables of one slice.
+        formulation: tables of one layer.
         density: [tonne/mm^3].
         nodes: length of the result.
+        heights: lengths of the layers over that of the tables, shape [slices]; None for layers as long as these.
     """
     share = density * np.einsum("qp,pa->qa", formulation.weights, formulation.shapes)
     mass = np.zeros(nodes)
-    for layer in elements:
-        np.add.at(mass, layer, share)
+    for layer, height in zip(elements, np.ones(len(elements)) if heights is None else heights, strict=True):
+        np.add.at(mass, layer, height * share)
     return mass

@@ -9,7 +9,9 @@ of its own,
     dp   = G^-1 (R + b . du)                       after the linear solve
 
 which for constant psi is the mean-dilatation element (Simo, Taylor and Pister 1985) with the pressure kept through
-the Newton iteration. Reference gradients depend on the section's quadrilateral only, all slices being alike.
+the Newton iteration. Tables depend on the section's quadrilateral only: a layer of another length than theirs is the
+same seen from a reference that is stretched along the rod, by which F (with its determinant) and volumes change, and
+spatial gradients do not.
 
 Incompatible modes (`incompatible`) change the reference gradients to grad N_a + sum_m psi_m c_am beta_m and no more.
 With A = K_beta,beta, once the pressure is condensed,
@@ -28,7 +30,7 @@ from numba import prange
 
 from knotfem.compiled import kernel
 from knotfem.models.solid.incompatible import condense_modes, enhance, point_modes, tangents
-from knotfem.models.solid.kinematics import add_product, deformation, deviator, gather, inverse, point_tangent
+from knotfem.models.solid.kinematics import add_product, deformation, deviator, gather, inverse, point_tangent, refer
 from knotfem.models.solid.views import (
     CondensedView,
     ElementView,
@@ -120,6 +122,7 @@ def _slices(
     stiff, curved = matrix.wanted or extra > 0, law.first.size > 0
     determinant, pivot = np.inf, np.inf
     for layer in range(first, min(first + 2 * BLOCK, elements.nodes.shape[0]), 2):
+        height = elements.heights[layer]
         for e in range(quads):
             nodes = elements.nodes[layer, e]
             gather(x, nodes, y)
@@ -132,13 +135,14 @@ def _slices(
                 tangents(y, elements.centre, modes.tangents)
             for q in range(elements.weights.shape[1]):
                 grad = elements.grads[e, q]
-                w = elements.weights[e, q]
+                w = height * elements.weights[e, q]
                 if extra > 0:
                     enhance(grad, elements.modes[e, q], elements.centre, unknowns.modes[layer, e], enhanced)
                     grad = enhanced
                 J = deformation(y, grad, F)
-                determinant = min(determinant, J)
                 inverse(F, J, inv)
+                J = refer(F, J, height)
+                determinant = min(determinant, J)
                 mu = 2.0 * law.first[layer, e, q] if curved else law.mu
                 trace = deviator(F, mu * w * abs(J) ** (-2.0 / 3.0), s)
                 mu_bar = mu * w * abs(J) ** (-2.0 / 3.0) * trace / 3.0
@@ -167,14 +171,14 @@ def _slices(
             for m in range(pressures):
                 total = 0.0
                 for k in range(pressures):
-                    total += elements.stiffness[e, m, k] * R[k]
+                    total += elements.stiffness[e, m, k] / height * R[k]
                 condensed.excess[layer, e, m] = total - unknowns.pressure[layer, e, m]
                 for i in range(3):
                     for a in range(whole):
                         f[i, a] += total * b[m, i, a]
                         condensed.b[layer, e, m, 3 * a + i] = b[m, i, a]
             if stiff:
-                _pressure_tangent(elements.stiffness[e], b, g, K)
+                _pressure_tangent(elements.stiffness[e], height, b, g, K)
             if extra > 0:
                 pivot = min(pivot, condense_modes(f, K, A, condensed.follow[layer, e]))
             for a in range(count):
@@ -186,11 +190,12 @@ def _slices(
 
 
 @kernel(inline="always", error_model="numpy")
-def _pressure_tangent(stiffness: np.ndarray, b: np.ndarray, g: np.ndarray, K: np.ndarray) -> None:
+def _pressure_tangent(stiffness: np.ndarray, height: float, b: np.ndarray, g: np.ndarray, K: np.ndarray) -> None:
     """K += b^T G^-1 b.
 
     Args:
-        stiffness: G^-1, shape [q, q].
+        stiffness: G^-1 of the tables, shape [q, q].
+        height: of the layer over that of the tables.
         b: shape [q, 3, n + k].
         g: work space, shape [3, n + k].
         K: added to, shape [3, 3, n + k, n + k].
@@ -199,7 +204,7 @@ def _pressure_tangent(stiffness: np.ndarray, b: np.ndarray, g: np.ndarray, K: np
     for m in range(pressures):
         g[:] = 0.0
         for k in range(pressures):
-            c = stiffness[m, k]
+            c = stiffness[m, k] / height
             for j in range(3):
                 for d in range(whole):
                     g[j, d] += c * b[k, j, d]
@@ -255,5 +260,5 @@ def pressure_increment(
             for m in range(pressures):
                 value = condensed.excess[layer, e, m]
                 for k in range(pressures):
-                    value += elements.stiffness[e, m, k] * volume[k]
+                    value += elements.stiffness[e, m, k] / elements.heights[layer] * volume[k]
                 dp[layer, e, m] = value

@@ -97,7 +97,7 @@ def _sweep(
     """Put a rod's sections onto a centreline, twisted evenly in proportion to the mapping time."""
     frames = rotation_minimising_frame(points, start)
     if rod.scene.twist != 0.0:
-        angle = mapping_time * rod.scene.twist * np.linspace(0.0, 1.0, len(points))
+        angle = mapping_time * rod.scene.twist * rod.target.slices.fractions
         for director in (0, 1):
             frames[:, director] = rotate(frames[:, director], frames[:, 2], angle)
     x[rod.section_nodes] = swept_state(

@@ -7,7 +7,7 @@ from numba import prange
 
 from knotfem.compiled import kernel
 from knotfem.models.solid.incompatible import enhance
-from knotfem.models.solid.kinematics import deformation, gather
+from knotfem.models.solid.kinematics import deformation, gather, refer
 from knotfem.models.solid.views import ElementView, UnknownsView
 
 
@@ -33,12 +33,12 @@ def potential(
             volume = 0.0
             dilatation = 0.0
             for q in range(elements.weights.shape[1]):
-                w = elements.weights[e, q]
+                w = elements.heights[layer] * elements.weights[e, q]
                 grad = elements.grads[e, q]
                 if unknowns.modes.shape[2] > 0:
                     enhance(grad, elements.modes[e, q], elements.centre, unknowns.modes[layer, e], enhanced)
                     grad = enhanced
-                J = deformation(y, grad, F)
+                J = refer(F, deformation(y, grad, F), elements.heights[layer])
                 worst[layer] = min(worst[layer], J)
                 trace = 0.0
                 for i in range(3):
@@ -80,7 +80,7 @@ def invariants(
                 if modes.shape[2] > 0:
                     enhance(grad, elements.modes[e, q], elements.centre, modes[layer, e], enhanced)
                     grad = enhanced
-                J = deformation(y, grad, F)
+                J = refer(F, deformation(y, grad, F), elements.heights[layer])
                 trace = 0.0
                 for i in range(3):
                     for k in range(3):

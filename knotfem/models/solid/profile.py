@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from knotfem.geometry.slices import Slices
 from knotfem.models.base import Row
 from knotfem.models.profile import SectionForces, tension_rows
 from knotfem.models.solid.body import Body
@@ -24,7 +25,7 @@ def profile_rows(body: Body, x: np.ndarray, time: float, displacement: float) ->
     for rod in body.rods:
         r = resultants(x, rod.section_nodes, rod.mesh.section.axis, rod.bulk, rod.core)
         forces = SectionForces(
-            np.arange(rod.mesh.slices + 1) * rod.mesh.element_length,
+            Slices(rod.mesh.lengths),
             x[rod.axis_nodes],
             r.tension,
             r.core,

@@ -31,13 +31,14 @@ class Projection:
 
     Args:
         mesh: the rod.
-        formulation: tables of one slice of its hexahedra.
+        formulation: tables of a layer of its hexahedra of mean length.
     """
 
     def __init__(self, mesh: RodMesh, formulation: Formulation) -> None:
         from scipy.sparse.linalg import splu
 
         self._layers, self._nodes = mesh.layers, len(mesh.nodes)
+        self._heights = mesh.heights[:, None, None, None]
         self._parts = np.einsum("qg,ga->qga", formulation.weights, formulation.shapes)
         self._mass = splu(_mass(mesh), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
 
@@ -47,7 +48,7 @@ class Projection:
         Args:
             values: at the integration points, shape [slices, quads, points, components].
         """
-        loads = np.einsum("sqgc,qga->sqac", values, self._parts, optimize=True)
+        loads = self._heights * np.einsum("sqgc,qga->sqac", values, self._parts, optimize=True)
         right = np.zeros((self._nodes, values.shape[-1]))
         np.add.at(right, self._layers, loads)
         return self._mass.solve(right)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knotfem.geometry.measures import vertex_means
+from knotfem.geometry.slices import Slices
 from knotfem.geometry.vectors import along_and_across, unit_edges
 from knotfem.models.profile import section_tangents
 from knotfem.models.solid.elasticity import Elasticity
@@ -75,25 +75,31 @@ def resultants(
     centre = x[section_nodes[:, axis]]
     tangent = section_tangents(centre)
     state = stress_state(x, bulk)
-    weighted = state.first_piola * state.weights[None, :, :, None, None]
+    weighted = state.first_piola * state.weights[..., None, None]
     nodal = bulk.nodal_forces(x, weighted)
-    force, moment = _carried(x, nodal, bulk.elements, centre)
+    slices = _slices_of(bulk, len(centre) - 1)
+    force, moment = _carried(x, nodal, bulk.elements, centre, slices)
     axial = np.zeros(section_nodes.shape[0])
     if core is not None:
-        pull = vertex_means(core.force[:, None] * unit_edges(centre))
+        pull = slices.at_sections(core.force[:, None] * unit_edges(centre))
         force += pull
         axial = np.einsum("ni,ni->n", pull, tangent)
-    integral = _stress_integral(state, bulk, len(centre))
+    integral = _stress_integral(state, bulk, slices)
     return Resultants(force, moment, tangent, axial, np.einsum("ni,ni->n", integral, tangent))
 
 
+def _slices_of(bulk: Elasticity, count: int) -> Slices:
+    span = count // len(bulk.elements)
+    return Slices(np.repeat(bulk.layer_heights / span, span))
+
+
 def _carried(
-    x: np.ndarray, nodal: np.ndarray, elements: np.ndarray, centre: np.ndarray
+    x: np.ndarray, nodal: np.ndarray, elements: np.ndarray, centre: np.ndarray, slices: Slices
 ) -> tuple[np.ndarray, np.ndarray]:
     """Force from behind and its moment about the centre of each section, shapes [sections, 3].
 
-    At the border of layers the mean of what the layer behind exerts and of what the one before must be given, at the
-    ends one of them; half-way through a layer half the difference of what its faces are given.
+    At the border of layers between what the layer behind exerts and what the one before must be given, at the ends one
+    of them; half-way through a layer half the difference of what its faces are given.
     """
     layers, _, count = elements.shape
     span = (len(centre) - 1) // layers
@@ -110,20 +116,21 @@ def _carried(
 
     behind, before = at(centre[:-1:span], 1.0, 0.0), at(centre[span::span], 0.0, 1.0)
     found = np.empty((len(centre), 6))
-    found[::span] = np.concatenate([behind[:1], 0.5 * (behind[1:] + before[:-1]), before[-1:]])
+    share = (slices.lengths[:-1] / (slices.lengths[:-1] + slices.lengths[1:]))[span - 1 :: span, None]
+    found[::span] = np.concatenate([behind[:1], share * behind[1:] + (1.0 - share) * before[:-1], before[-1:]])
     if span == 2:
         found[1::2] = at(centre[1::2], 0.5, 0.5)
     return found[:, :3], found[:, 3:]
 
 
-def _stress_integral(state: StressState, bulk: Elasticity, sections: int) -> np.ndarray:
+def _stress_integral(state: StressState, bulk: Elasticity, slices: Slices) -> np.ndarray:
     """Integral of the bulk's stress, taken to the sections, shape [sections, 3].
 
     Of eight-node hexahedra across the middle of each slice; of quadratic ones the mean over each layer.
     """
-    if len(bulk.elements) == sections - 1:
-        return vertex_means(middle_forces(state, bulk))
+    if len(bulk.elements) == slices.count:
+        return slices.at_sections(middle_forces(state, bulk))
     layers = layer_forces(state, bulk)
-    found = np.empty((sections, 3))
-    found[::2], found[1::2] = vertex_means(layers), layers
+    found = np.empty((slices.count + 1, 3))
+    found[::2], found[1::2] = Slices(bulk.layer_heights).at_sections(layers), layers
     return found

@@ -22,7 +22,7 @@ class StressState:
     Attributes:
         deformation: F, [..., 3, 3].
         first_piola: P [MPa], [..., 3, 3].
-        weights: reference volumes [mm^3], shape [quads, points].
+        weights: reference volumes [mm^3], shape [slices, quads, points].
     """
 
     deformation: np.ndarray
@@ -83,12 +83,13 @@ def stress_state(x: np.ndarray, elasticity: Elasticity) -> StressState:
         elasticity: the rod's bulk with its pressures.
     """
     F, pressure = elasticity.deformation(x), _pressure(elasticity)
-    return StressState(F, _first_piola(F, pressure, elasticity.material), elasticity.formulation.weights)
+    return StressState(F, _first_piola(F, pressure, elasticity.material), elasticity.weights)
 
 
 def layer_forces(state: StressState, elasticity: Elasticity) -> np.ndarray:
     """Stress integrated across the section, mean over each layer of hexahedra [N], shape [layers, 3]."""
-    return np.einsum("sqgi,qg->si", state.first_piola[..., 2], state.weights) / elasticity.layer_height
+    total = np.einsum("sqgi,sqg->si", state.first_piola[..., 2], state.weights)
+    return total / elasticity.layer_heights[:, None]
 
 
 def middle_forces(state: StressState, elasticity: Elasticity) -> np.ndarray:
@@ -103,8 +104,8 @@ def middle_forces(state: StressState, elasticity: Elasticity) -> np.ndarray:
     """
     F, pressure = _along(state.deformation, 2), _along(_pressure(elasticity), 2)
     P = _first_piola(F.mean(axis=2), pressure.mean(axis=2), elasticity.material)
-    area = _along(state.weights, 1).sum(axis=1) / elasticity.layer_height
-    return np.einsum("sqgi,qg->si", P[..., 2], area)
+    area = _along(state.weights, 2).sum(axis=2) / elasticity.layer_heights[:, None, None]
+    return np.einsum("sqgi,sqg->si", P[..., 2], area)
 
 
 def _along(values: np.ndarray, axis: int) -> np.ndarray:
@@ -130,4 +131,4 @@ def _first_piola(F: np.ndarray, pressure: np.ndarray, material: Material) -> np.
 
 
 def _mean(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    return np.einsum("sqgij,qg->sqij", values, weights) / weights.sum(axis=1)[None, :, None, None]
+    return np.einsum("sqgij,sqg->sqij", values, weights) / weights.sum(axis=2)[..., None, None]

@@ -8,7 +8,7 @@ import numpy as np
 
 
 class ElementView(NamedTuple):
-    """Hexahedra of one rod; all slices have the tables of one.
+    """Hexahedra of one rod; all layers have the tables of one, which are stretched along the rod.
 
     Attributes:
         nodes: connectivity, shape [slices, quads, n].
@@ -18,6 +18,7 @@ class ElementView(NamedTuple):
         modes: functions psi_m of the incompatible modes, shape [quads, points, k].
         centre: rates c_am of the shape functions at the centre, shape [n, k].
         stiffness: G^-1 [MPa/mm^3], shape [quads, q, q].
+        heights: lengths of the layers over that of the tables, shape [slices].
     """
 
     nodes: np.ndarray
@@ -27,6 +28,7 @@ class ElementView(NamedTuple):
     modes: np.ndarray
     centre: np.ndarray
     stiffness: np.ndarray
+    heights: np.ndarray
 
 
 class PlacesView(NamedTuple):

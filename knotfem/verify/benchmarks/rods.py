@@ -10,6 +10,7 @@ import numpy as np
 from knotfem.contact.samples import Samples
 from knotfem.contact.tube import make_samples, make_tubes
 from knotfem.contact.tube_pairs import TubeSurface
+from knotfem.geometry.slices import Slices
 from knotfem.mesh.make_section import section_of
 from knotfem.mesh.rod import RodMesh, extrude
 from knotfem.mesh.section import Section
@@ -97,7 +98,7 @@ class Rod:
     def mass(self) -> np.ndarray:
         """Lumped [tonne], shape [nodes of this rod]."""
         local = self.bulk.elements - self.first
-        return lumped_mass(local, self.bulk.formulation, self.density, len(self.mesh.nodes))
+        return lumped_mass(local, self.bulk.formulation, self.density, len(self.mesh.nodes), self.bulk.heights)
 
     @property
     def area(self) -> float:
@@ -125,7 +126,7 @@ class Rod:
 
 def make_rod(
     length: float,
-    slices: int,
+    slices: int | Slices,
     *,
     section: int | Section = 12,
     radius: float = 3.0,
@@ -141,7 +142,7 @@ def make_rod(
 
     Args:
         length: [mm].
-        slices: layers of elements along it.
+        slices: number of slices of one length, or the slices.
         section: cross-section, or the number of its quadrilaterals.
         radius: [mm].
         youngs: E [MPa].
@@ -157,17 +158,17 @@ def make_rod(
     points = mesh.nodes[: len(shape.points), :2]
     form = make_formulation(element, points[shape.quads], mesh.span * mesh.element_length)
     shear, bulk_modulus = moduli(youngs, poisson)
-    bulk = Elasticity(mesh.layers + first, form, NeoHooke(shear), bulk_modulus)
-    core = make_core(mesh.core + first, mesh.element_length, core_stiffness) if core_stiffness > 0.0 else None
+    bulk = Elasticity(mesh.layers + first, form, NeoHooke(shear), bulk_modulus, mesh.heights)
+    core = make_core(mesh.core + first, mesh.lengths, core_stiffness) if core_stiffness > 0.0 else None
     return Rod(mesh, first, bulk, core, density, bending_stiffness(youngs, radius))
 
 
-def make_core(edges: np.ndarray, length: float, stiffness: float) -> AxialStiffness:
+def make_core(edges: np.ndarray, length: float | np.ndarray, stiffness: float) -> AxialStiffness:
     """A truss core as in the rods of a scene.
 
     Args:
         edges: nodes of each edge, shape [edges, 2].
-        length: of each when free of stress [mm].
+        length: of each when free of stress [mm], one number or shape [edges].
         stiffness: EA [N].
     """
     same = np.ones(len(edges))
@@ -187,7 +188,7 @@ def surfaces(rods: Sequence[Rod], spacing: float) -> tuple[TubeSurface, Samples]
     tubes = make_tubes(
         [rod.mesh.ring_nodes + rod.first for rod in rods],
         [rod.axis for rod in rods],
-        [rod.mesh.element_length for rod in rods],
+        [Slices(rod.mesh.lengths) for rod in rods],
         [rod.mesh.radius for rod in rods],
         [rod.mesh.radius * rod.mesh.node_scale for rod in rods],
     )

@@ -9,7 +9,7 @@ from functools import cache, partial
 import numpy as np
 
 from knotfem.mesh.section import Section
-from knotfem.models.solid.body import mesh_of
+from knotfem.models.solid.body import meshes_of
 from knotfem.models.solid.model import SolidModel
 from knotfem.run.simulation import PhaseDone, Simulation
 from knotfem.scene.model import Scene
@@ -122,7 +122,7 @@ def _pulled(scene: Scene, x: np.ndarray, section: Section | None = None) -> Pull
 
 
 def _section(scene: Scene) -> Section:
-    return mesh_of(scene.rods[0]).section
+    return meshes_of(scene)[0][0].section
 
 
 def _direction(vector: np.ndarray) -> str:

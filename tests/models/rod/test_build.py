@@ -24,7 +24,7 @@ def test_stiffness_is_that_of_the_section():
     assert spec.axial == pytest.approx(E * area + core)
     assert scene.rods[0].core_axial_stiffness / scene.rods[0].axial_stiffness == pytest.approx(core / spec.axial)
     assert spec.mass_per_length == pytest.approx(1.16e-9 * area)
-    assert spec.spacing == 10.0
+    np.testing.assert_array_equal(spec.spacing, 10.0)
 
 
 def test_contact_is_hertzian_or_harder():

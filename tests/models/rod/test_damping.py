@@ -68,7 +68,7 @@ def make(kind: type, layout: RodLayout, frames: Frames) -> Dashpot:
     if kind is StretchDamping:
         edges = np.stack([layout.edges, layout.edges + 1], axis=1)
         ninety = np.full(len(edges), 90.0)
-        stretch = AxialStiffness("stretch", edges, layout.spacing[layout.rod[layout.edges]], ninety, ninety)
+        stretch = AxialStiffness("stretch", edges, layout.spacing[layout.edges], ninety, ninety)
         return StretchDamping(stretch, np.ones(len(edges)))
     return kind(frames, np.array([90.0]))
 

@@ -4,10 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from knotfem.errors import InputError
 from knotfem.geometry.frames import rotate_frames, rotation_minimising_frame
-from knotfem.models.centreline import centreline_of
+from knotfem.models.centreline import centrelines_of
 from knotfem.models.rod.initial import InitialRod, initial_rods
 from knotfem.models.rod.model import RodModel
 from knotfem.models.solid.body import mesh_of
@@ -49,7 +50,8 @@ def tied(tmp_path_factory: pytest.TempPathFactory) -> RunDirectory:
     scene = load_scene("bowline", COARSE)
     run = RunDirectory.create(scene, tmp_path_factory.mktemp("lay") / "solid")
     rod = scene.rods[0]
-    mesh, points = mesh_of(rod), centreline_of(rod, rod.slices, scene).points
+    (target,) = centrelines_of(scene)
+    mesh, points = mesh_of(rod, target.slices), target.points
     frames = rotate_frames(rotation_minimising_frame(points), TURN * np.linspace(0.0, 1.0, rod.slices + 1) ** 2)
     x = np.empty((len(mesh.nodes), 3))
     x[mesh.section_nodes] = swept_state(points, frames, mesh.nodes[mesh.section_nodes[0], :2], 0.0)
@@ -105,6 +107,18 @@ def test_other_segments_lie_on_the_same_curve(tied):
     assert len(fine.directors) == 2 * len(coarse.directors)
     assert fine.target.points[::2] == pytest.approx(coarse.target.points)
     assert 600.0 * twists(finer)[0] == pytest.approx(TURN, rel=0.02)
+
+
+def test_graded_segments_lie_on_the_same_curve_too(tied):
+    graded = light(tied.path, "rods.0.mesh.turning_angle=0.3")
+    coarse, rod = initial(light(tied.path)), initial(graded)
+    slices = rod.target.slices
+    assert slices.lengths.min() < 0.6 * slices.lengths.max()
+    along = CubicSpline(coarse.target.slices.arclength, coarse.target.points)
+    assert rod.target.points == pytest.approx(along(slices.arclength), abs=1e-9)
+    found = twists(graded)
+    assert found == pytest.approx(np.full(found.size, found[0]), abs=1e-12)
+    assert 600.0 * found[0] == pytest.approx(TURN, rel=0.02)
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,21 @@
 
 import numpy as np
 import pytest
-from reduced import BENDING, MASS, SIDES, TWISTING, Rods, free_mass, line, order, settle, spec, stiffness, still
+from reduced import (
+    BENDING,
+    MASS,
+    SIDES,
+    TWISTING,
+    Rods,
+    free_mass,
+    graded_line,
+    line,
+    order,
+    settle,
+    spec,
+    stiffness,
+    still,
+)
 
 from knotfem.solver.schemes import Scheme
 
@@ -12,19 +26,28 @@ ELASTICA = {1.0: (0.46135, 0.05643, 0.30172), 5.0: (1.21537, 0.38763, 0.71379)}
 """Tip slope, shortening and sag under the dead tip load a = P L^2/EI (Bisshopp and Drucker 1945)."""
 
 
-def elastica(a: float, segments: int) -> np.ndarray:
-    model = still(line(segments, LENGTH))
+def straight(segments: int, graded: bool) -> Rods:
+    """A straight rod of segments of one length, or of unequal ones."""
+    if not graded:
+        return still(line(segments, LENGTH))
+    points, spacing = graded_line(segments, LENGTH)
+    return still(points, spacing=spacing)
+
+
+def elastica(a: float, segments: int, graded: bool = False) -> np.ndarray:
+    model = straight(segments, graded)
     force = np.array([0.0, 0.0, -a * BENDING / LENGTH**2])
     settle(model, model.clamped("start"), model.loaded("end", lambda t: min(t, 1.0) * force))
     last = model.x[-1] - model.x[-2]
     return np.array([np.arctan2(-last[2], last[0]), 1.0 - model.x[-1, 0] / LENGTH, -model.x[-1, 2] / LENGTH])
 
 
+@pytest.mark.parametrize("graded", [False, True])
 @pytest.mark.parametrize("a", [1.0, 5.0])
-def test_elastica(a):
-    np.testing.assert_allclose(elastica(a, 80), ELASTICA[a], rtol=1e-3)
-    fine = elastica(a, 320)
-    errors = [np.abs(elastica(a, n) - fine).max() for n in (10, 20, 40)]
+def test_elastica(a, graded):
+    np.testing.assert_allclose(elastica(a, 80, graded), ELASTICA[a], rtol=2e-3 if graded else 1e-3)
+    fine = elastica(a, 320, graded)
+    errors = [np.abs(elastica(a, n, graded) - fine).max() for n in (10, 20, 40)]
     assert order(errors) == pytest.approx(2.0, abs=0.1)
 
 
@@ -36,12 +59,14 @@ def test_heavy_cantilever(gamma, sag):
     assert -model.x[-1, 2] / length == pytest.approx(sag, rel=1e-3)
 
 
-def test_roll_up():
-    """An arc is exact in any number of segments: M = 2 pi B/L closes the circle."""
-    model = still(line(12, LENGTH))
+@pytest.mark.parametrize("graded", [False, True])
+def test_roll_up(graded):
+    """An arc is exact in any number of segments: M = 2 pi B/L closes the circle, all but the gap of unequal chords."""
+    model = straight(12, graded)
     roll = model.turned("end", np.array([0.0, 1.0, 0.0]), lambda t: -2.0 * np.pi * t, held=False)
     settle(model, model.clamped("start"), roll, steps=10)
-    np.testing.assert_allclose(model.x[-1, :3], 0.0, atol=1e-6 * LENGTH)
+    np.testing.assert_allclose(model.x[-1, :3], 0.0, atol=(0.1 if graded else 1e-6) * LENGTH)
+    np.testing.assert_allclose(model.discrete.bend.curvature(model.x), 2.0 * np.pi / LENGTH, rtol=1e-6)
     couples = model.clamp_couples(model.x)
     np.testing.assert_allclose(couples[1], [0.0, -2.0 * np.pi * BENDING / LENGTH, 0.0], rtol=1e-6, atol=1e-6)
     np.testing.assert_allclose(couples.sum(axis=0), 0.0, atol=1e-6)
@@ -90,8 +115,19 @@ def test_euler_buckling(hold, critical):
     assert lowest(1.01 * load) < 0.0
 
 
-def test_uniform_torsion():
-    model = still(line(10, LENGTH))
+@pytest.mark.parametrize("graded", [False, True])
+def test_masses_are_those_of_the_segments(graded):
+    model = straight(10, graded)
+    mass, x = model.discrete.mass, model.x[:, 0]
+    lengths, middles = np.diff(x), 0.5 * (x[1:] + x[:-1])
+    np.testing.assert_allclose(mass[:, :3].sum(axis=0), MASS * LENGTH)
+    assert mass[:, 0] @ x == pytest.approx(MASS * lengths @ middles)
+    np.testing.assert_allclose(mass[:-1, 3], 0.5 * MASS * lengths)
+
+
+@pytest.mark.parametrize("graded", [False, True])
+def test_uniform_torsion(graded):
+    model = straight(10, graded)
     settle(model, model.clamped("start"), model.turned("end", X, lambda t: 9.0 * t), steps=6)
     frames = model.discrete.frames
     np.testing.assert_allclose(model.discrete.torque(model.x), 9.0 * TWISTING / LENGTH, rtol=1e-9)

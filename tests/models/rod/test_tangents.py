@@ -22,7 +22,7 @@ class Crooked:
         x = np.zeros((self.layout.nodes, 4))
         for rod in range(2):
             nodes = self.layout.of(rod)
-            x[nodes, 0] = np.arange(nodes.stop - nodes.start) * self.layout.spacing[rod]
+            x[nodes, 0] = self.layout.arclength[nodes]
             x[nodes, 1] += 5.0 * rod
         x[:, :3] += 0.25 * rng.normal(size=(self.layout.nodes, 3))
         self.frames = Frames(self.layout, x, rng.normal(size=(self.layout.nodes, 3)))
@@ -49,7 +49,7 @@ def elastic(crooked, name):
     if name == "stretch":
         edges, rod = crooked.layout.edges, crooked.layout.rod[crooked.layout.edges]
         pairs = np.stack([edges, edges + 1], axis=1)
-        term = AxialStiffness(name, pairs, crooked.layout.spacing[rod], stiffness[rod], stiffness[rod])
+        term = AxialStiffness(name, pairs, crooked.layout.spacing[edges], stiffness[rod], stiffness[rod])
         term.view.force[:] = term.tension(crooked.x)
         return term
     return (Bend if name == "bend" else Twist)(crooked.frames, stiffness)

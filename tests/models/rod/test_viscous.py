@@ -15,7 +15,7 @@ def test_force_on_a_straight_rod_is_length_times_coefficient_times_velocity():
     x = np.zeros((layout.nodes, 4))
     x[:11, 0], x[11:, 0], x[11:, 1] = 2.0 * np.arange(11), 3.0 * np.arange(5), 9.0
     edges = np.stack([layout.edges, layout.edges + 1], axis=1)
-    drag = ViscousDrag(edges, layout.spacing[layout.rod[layout.edges]], NORMAL, TANGENTIAL)
+    drag = ViscousDrag(edges, layout.spacing[layout.edges], NORMAL, TANGENTIAL)
     begin([drag], x)
     moved = x + np.array([0.3, -0.4, 0.0, 1.0])
     force = residual([drag], moved).sum(axis=0)
