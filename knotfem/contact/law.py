@@ -1,8 +1,8 @@
 """Normal law of contact: quadratic onset, then linear.
 
-With the overlap o = onset - gap the pressure is stiffness o^2/(2 ramp) for 0 < o < ramp and stiffness (o - ramp/2) above,
-so that contacts close smoothly. An onset of half the ramp makes the pressure stiffness times penetration where surfaces
-are pressed hard.
+With the overlap o = onset - gap the pressure is stiffness o^2/(2 ramp) for 0 < o < ramp and stiffness (o - ramp/2) for
+larger ones, so that contacts close smoothly. An onset of half the ramp makes the pressure stiffness times penetration
+where surfaces are pressed hard.
 """
 
 from __future__ import annotations
