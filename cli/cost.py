@@ -38,7 +38,7 @@ def cost(
 ) -> None:
     """Measure what accuracy costs in time.
 
-    Runs a refinement series for every choice that trades one for the other: section, slice, step, penalty,
+    Runs a refinement series for every choice that trades one for the other: section, slice, step, penalty, ramp,
     tolerance, sampling, stick, uniform (all at once), element, model, and combinations that follow from them (chosen).
     Runs are kept in the folder; the same command goes on where it was stopped. Writes cost.csv, cost.png and
     recommendation.json.

@@ -51,8 +51,8 @@ class StepFigures:
 class EnergyBalance:
     """Keeps the energy balance of a run and measures each step.
 
-    Works are taken by the trapezoidal rule: of supports, clamps and loads; of friction, less what its springs keep; of
-    drag. What the time integration takes is the work on inertia beyond the gain in kinetic energy.
+    Works are taken by the trapezoidal rule: of supports, clamps and loads; of friction; of drag.
+    What the time integration takes is the work on inertia beyond the gain in kinetic energy.
 
     Args:
         model: of the scene.

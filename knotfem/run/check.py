@@ -19,8 +19,8 @@ from knotfem.sparse.linear import solver_name
 UNUSED = {
     "fem": ("contact.line_stiffness_over_hertz", "tie.source", "tie.source_state"),
     "rod": (
-        "contact.stiffness_over_modulus", "contact.stick_over_diameter", "rods.mesh.section_elements",
-        "rods.mesh.element", "rods.mesh.match_bending_stiffness",
+        "contact.stiffness_over_modulus", "rods.mesh.section_elements", "rods.mesh.element",
+        "rods.mesh.match_bending_stiffness",
     ),
 }  # fmt: skip
 """Keys that tell one model how to compute, and mean nothing to the other."""

@@ -17,7 +17,7 @@ from knotfem.study.tables import duration
 GOVERNED = (
     r"rods\.\d+\.mesh(\.(section_elements|element_length|element))?",
     r"solver(\.(move_over_diameter|force_tolerance))?",
-    r"contact(\.(stiffness|sample_spacing|stick)_over_\w+)?",
+    r"contact(\.(stiffness|line_stiffness|ramp|sample_spacing|stick)_over_\w+)?",
     r"quasi_static(\..*)?",
     r"accuracy(\..*)?",
 )
@@ -171,7 +171,8 @@ def _figures(scene: Scene, setting: Setting) -> list[str]:
         return found if found == own else f"{found} in place of {own}"
 
     section = [f"element {setting.element}", f"section of {setting.section_elements} elements"] if solid else []
-    penalty = [f"penalty {setting.stiffness:g}"] if solid and scene.contact.enabled else []
+    stiffness = setting.stiffness if solid else setting.line_stiffness
+    penalty = [] if stiffness is None or not scene.contact.enabled else [f"penalty {stiffness:g}"]
     return [
         f"model {named(setting.model, scene.model)}",
         *section,
@@ -197,10 +198,13 @@ def _applied(scene: Scene, setting: Setting) -> list[str]:
         f"contact.sample_spacing_over_diameter={setting.sample_spacing!r}",
         f"contact.stick_over_diameter={setting.stick!r}",
     ]
-    if setting.rate is not None:
-        overrides.append(f"quasi_static.tolerance={setting.rate!r}")
-    if setting.settling is not None:
-        overrides.append(f"quasi_static.settling_move_over_diameter={setting.settling!r}")
+    later = {
+        "quasi_static.tolerance": setting.rate,
+        "quasi_static.settling_move_over_diameter": setting.settling,
+        "contact.line_stiffness_over_hertz": setting.line_stiffness,
+        "contact.ramp_over_diameter": setting.ramp,
+    }
+    overrides += [f"{key}={value!r}" for key, value in later.items() if value is not None]
     for i, rod in enumerate(scene.rods):
         overrides += [
             f"rods.{i}.mesh.element={setting.element}",

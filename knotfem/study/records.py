@@ -35,6 +35,7 @@ class Setting:
         section_elements: of the cross-section.
         element_length, move, tolerance, stiffness, sample_spacing, stick: without dimension.
         rate, settling: tolerance and move of `scene.QuasiStatic`; None where no quasi-static steps were measured.
+        line_stiffness, ramp: of contact; None where others than the scene's own were not thought of.
     """
 
     level: str
@@ -54,6 +55,8 @@ class Setting:
     stick: float
     rate: float | None = None
     settling: float | None = None
+    line_stiffness: float | None = None
+    ramp: float | None = None
 
     @property
     def bound(self) -> float:
@@ -179,6 +182,8 @@ def _dimensionless(scene: Scene) -> dict[str, Any]:
         "stick": contact.stick_over_diameter,
         "rate": scene.quasi_static.tolerance,
         "settling": scene.quasi_static.settling_move_over_diameter,
+        "line_stiffness": contact.line_stiffness_over_hertz,
+        "ramp": contact.ramp_over_diameter,
     }
 
 

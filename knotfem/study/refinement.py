@@ -23,6 +23,7 @@ SIZES = {
     "slice": (2.0, 1.5, 0.75, 0.5),
     "step": (2.0, 0.25, 0.125, 0.0625),
     "penalty": (4.0, 2.0, 0.5, 0.25),
+    "ramp": (2.0, 0.5),
     "tolerance": (100.0, 10.0, 0.1),
     "sampling": (2.0, 0.5),
     "stick": (2.0, 0.5),
@@ -92,7 +93,8 @@ def _sizes(scene: Scene) -> tuple[float, ...]:
     mesh, contact, solver = scene.rods[0].mesh, scene.contact, scene.solver
     return (
         1.0 / mesh.section_elements, mesh.element_length, solver.move_over_diameter, solver.force_tolerance,
-        1.0 / contact.stiffness_over_modulus, contact.sample_spacing_over_diameter, contact.stick_over_diameter,
+        1.0 / contact.stiffness_over_modulus, 1.0 / contact.line_stiffness_over_hertz, contact.ramp_over_diameter,
+        contact.sample_spacing_over_diameter, contact.stick_over_diameter,
         scene.quasi_static.tolerance, scene.quasi_static.settling_move_over_diameter,
     )  # fmt: skip
 
@@ -107,11 +109,12 @@ def _levels(name: str, scene: Scene) -> list[Level]:
 
 def _scaled(name: str, scene: Scene) -> list[Level]:
     """Levels of a series that changes one number."""
-    solid, contact = scene.model == "fem", scene.contact.enabled
+    contact = scene.contact.enabled
     lacks = {
-        "penalty": not (contact and solid),
+        "penalty": not contact,
+        "ramp": not contact,
         "sampling": not contact,
-        "stick": not (solid and any(frictions_of(scene))),
+        "stick": not any(frictions_of(scene)),
         "step": not scene.steps,
         "rate": all(step.real for step in scene.steps),
         "settling": all(step.real for step in scene.steps),
@@ -153,10 +156,17 @@ def _slice(scene: Scene, size: float) -> tuple[str, ...]:
     return tuple(overrides)
 
 
+def _penalty(scene: Scene, size: float) -> tuple[str, ...]:
+    if scene.model == "rod":
+        return (f"contact.line_stiffness_over_hertz={scene.contact.line_stiffness_over_hertz / size!r}",)
+    return (f"contact.stiffness_over_modulus={scene.contact.stiffness_over_modulus / size!r}",)
+
+
 _CHANGES: dict[str, Callable[[Scene, float], tuple[str, ...]]] = {
     "slice": _slice,
     "step": lambda scene, size: (f"solver.move_over_diameter={size * scene.solver.move_over_diameter!r}",),
-    "penalty": lambda scene, size: (f"contact.stiffness_over_modulus={scene.contact.stiffness_over_modulus / size!r}",),
+    "penalty": _penalty,
+    "ramp": lambda scene, size: (f"contact.ramp_over_diameter={size * scene.contact.ramp_over_diameter!r}",),
     "tolerance": lambda scene, size: (f"solver.force_tolerance={size * scene.solver.force_tolerance!r} N",),
     "sampling": lambda scene, size: (
         f"contact.sample_spacing_over_diameter={size * scene.contact.sample_spacing_over_diameter!r}",

@@ -17,7 +17,7 @@ from knotfem.study import jobs as module
 from knotfem.study.convergence import chosen, run_convergence
 from knotfem.study.refinement import SIZED, Level
 
-SINGLE = ("slice", "section", "step", "penalty", "tolerance", "sampling", "stick", "rate", "settling")
+SINGLE = ("slice", "section", "step", "penalty", "ramp", "tolerance", "sampling", "stick", "rate", "settling")
 NAMES = (*SINGLE, "uniform", "element")
 PULL = "steps.1.displacement=30 mm"
 
@@ -169,7 +169,7 @@ def test_reference_that_lacks_series_recommends_nothing(study, folder, tmp_path)
     assert (part.cheapest(0.5), part.front) == (None, [])
     (line, *_) = tables.recommendations(part)
     assert line == (
-        "nothing is recommended: the reference lacks section, step, penalty, tolerance, sampling, stick, rate, "
+        "nothing is recommended: the reference lacks section, step, penalty, ramp, tolerance, sampling, stick, rate, "
         "settling; run these series too, or uniform"
     )
     with pytest.raises(InputError, match="nothing bounds the reference; found limits of slice added up; lacks"):
@@ -189,7 +189,7 @@ def test_table_names_front_orders_and_sources(study):
     text = captured.get()
     assert re.search(r"\* +uniform-108", text)
     assert re.search(r"slice +force +asymptotic +2\.00", text)
-    assert "limits of section, slice, step, penalty, tolerance, sampling, stick, rate, settling added up" in text
+    assert "limits of section, slice, step, penalty, ramp, tolerance, sampling, stick, rate, settling added up" in text
     assert "failed, strands passed through each other" in text
 
 

@@ -37,7 +37,7 @@ def test_sizes_fall_and_pass_through_the_scene():
 def test_scene_has_the_series_of_what_it_computes():
     assert set(make_series(load_scene("bowline"))) == set(SERIES)
     free = set(make_series(load_scene("cantilever")))
-    assert not free & {"penalty", "sampling", "stick"}
+    assert not free & {"penalty", "ramp", "sampling", "stick"}
     assert {"section", "slice", "step", "tolerance", "uniform"} <= free
     slippery = make_series(load_scene("overhand", ["contact.friction=0.0"]))
     assert "stick" not in slippery
@@ -46,7 +46,7 @@ def test_scene_has_the_series_of_what_it_computes():
 
 def test_rod_series_change_only_what_rods_read():
     series = make_series(load_scene("overhand", ["model=rod"]))
-    assert not set(series) & {"section", "element", "penalty", "stick"}
+    assert not set(series) & {"section", "element"}
     own = [
         override
         for name, levels in series.items()
@@ -69,7 +69,7 @@ def test_uniform_scales_everything():
     assert fine.solver.move_over_diameter == 0.25
     assert fine.solver.force_tolerance == pytest.approx(0.25e-5)
     assert fine.contact.stiffness_over_modulus == 96.0
-    assert fine.contact.stick_over_diameter == pytest.approx(1.0 / 120.0)
+    assert fine.contact.stick_over_diameter == pytest.approx(0.0025)
 
 
 def test_levels_refine_what_they_are_finer_than():
