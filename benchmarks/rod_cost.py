@@ -21,7 +21,7 @@ SOLVER = ("analysis", "factorisation", "solve")
 def measure(segments: int) -> tuple[float, ...]:
     """Segments, iterations of the pull, its CPU seconds, milliseconds per iteration and the solver's fraction."""
     began, count, solving = time.process_time(), 0, 0.0
-    scene = bowline(segments, drag__relaxing="10 1/s", **{"steps.pull.displacement": "3 mm"})
+    scene = bowline(segments, **{"steps.pull.displacement": "3 mm"})
     for step in kf.steps("bowline", scene):
         if step.step.name == "relax":
             began = time.process_time()
