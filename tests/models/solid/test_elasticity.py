@@ -178,7 +178,7 @@ def test_homogeneous_strain_has_the_closed_form_energy_and_stress(element, poiss
 def test_stresses_at_the_integration_points_make_the_nodal_forces(element):
     bulk, x = strained(element)
     state = stress_state(x, bulk)
-    nodal = bulk.nodal_forces(x, state.first_piola * state.weights[None, :, :, None, None])
+    nodal = bulk.nodal_forces(x, state.first_piola * state.weights[..., None, None])
     force = np.zeros_like(x)
     np.add.at(force, bulk.elements, nodal)
     f = residual([bulk], x)

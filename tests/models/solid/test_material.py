@@ -94,7 +94,7 @@ def test_energy_gradient_is_the_residual_and_stresses_make_it(law, element):
     f = residual([bulk], x)
     state = stress_state(x, bulk)
     force = np.zeros_like(x)
-    np.add.at(force, bulk.elements, bulk.nodal_forces(x, state.first_piola * state.weights[None, :, :, None, None]))
+    np.add.at(force, bulk.elements, bulk.nodal_forces(x, state.first_piola * state.weights[..., None, None]))
     np.testing.assert_allclose(force, f, atol=1e-11 * np.abs(f).max())
 
     def energy(y: np.ndarray) -> float:
