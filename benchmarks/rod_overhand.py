@@ -39,8 +39,9 @@ from knotfem.solver.schemes import BackwardEuler
 from knotfem.solver.stepping.controller import StepController
 from knotfem.solver.term import Role
 from knotfem.terms.inertia import Inertia
+from knotfem.theory import braid_force, braid_wave_number, loose_knot_contact_force, loose_knot_force
+from knotfem.theory.loose import SIGMA
 
-SIGMA = {1: 0.492, 2: 1.475}
 ALONG = np.array([1.0, 0.0, 0.0])
 RANGES = (
     (345.0, (300.0,)), (230.0, (200.0,)), (150.0, (130.0,)), (95.0, (80.0,)), (62.0, (50.0,)), (45.0, (30.0, 20.0)),
@@ -181,11 +182,6 @@ def limit(eps: np.ndarray, ratio: np.ndarray) -> tuple[float, float]:
     return float(fit[0]), float(fit[1])
 
 
-def law(n: int, mu: float, eps: float) -> float:
-    """F r^2/B."""
-    return 0.5 * eps**4 + mu * SIGMA[n] * eps**3
-
-
 def audoly(n: int, coefficients: Sequence[float]) -> None:
     rows, smooth = [], []
     for mu in coefficients:
@@ -195,8 +191,9 @@ def audoly(n: int, coefficients: Sequence[float]) -> None:
         for f, plain in zip(frames, smooth, strict=True):
             c, d = f.curved**-0.5, f.drawn**-0.5
             part = (f.force - plain.force) / (mu * f.normal) if mu else np.nan
-            row = [mu, c, f.force / law(n, mu, c), f.normal / (SIGMA[n] * c**3)]
-            rows.append([*row, d, f.force / law(n, mu, d), f.normal / (SIGMA[n] * d**3), part, f.sliding, f.drag])
+            row = [mu, c, f.force / loose_knot_force(c, mu, n), f.normal / loose_knot_contact_force(c, n)]
+            row += [d, f.force / loose_knot_force(d, mu, n), f.normal / loose_knot_contact_force(d, n)]
+            rows.append([*row, part, f.sliding, f.drag])
     names = ("mu", "eps_c", "F/law", "N/law", "eps_d", "F/law", "N/law", "(F-F0)/mu N", "sliding", "drag/F")
     table(f"open (2, {2 * n + 1}) torus knot against Audoly's law", names, rows)
     found = np.array(rows)[: len(smooth)]
@@ -213,11 +210,11 @@ def jawed(n: int, friction: float) -> None:
     for first, loops in RANGES:
         pairs = zip(tighten(n, 0.0, first, loops), tighten(n, friction, first, loops), strict=True)
         for smooth, rough in pairs:
-            k = (np.sqrt(12.0) * rough.curved) ** -0.5
+            k = braid_wave_number(rough.curved**-0.5)
             loss = (rough.force - smooth.force) / friction
             row = [rough.curved**-0.5, rough.wave / k]
             for wave, normal in ((k, loss), (rough.wave, loss), (smooth.wave, smooth.normal)):
-                row.append(normal / (2.0 * np.pi * n * wave**3))
+                row.append(normal / braid_force(wave, 1.0, n))
             rows.append([*row, rough.sliding, rough.drag])
     names = ("eps_c", "k/law", "F/law", "F/law, k found", "N/law, k found, mu = 0", "sliding", "drag/F")
     table(f"braid of n = {n} against Jawed's law, mu = {friction}", names, rows)

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 from knotfem.version import __version__
 
 if TYPE_CHECKING:
+    from knotfem import theory
     from knotfem.api import pull, resume, steps, tie
     from knotfem.contact.rigid import Foot, RigidSurface
     from knotfem.errors import (
@@ -71,11 +72,13 @@ _PLACES = {
     "Term": "knotfem.solver.term",
     "TimeStep": "knotfem.solver.term",
 }
+_MODULES = {"theory": "knotfem.theory"}
 
 __all__ = [
     "Comparison", "Foot", "InputError", "Interrupted", "KnotLost", "KnotfemError", "Material", "MissingDependency",
     "NotConverged", "Obstacle", "RigidSurface", "Role", "Run", "Scene", "Stopped", "Term", "TimeStep", "TimeStepDone",
-    "__version__", "check", "compare", "export", "load_scene", "open_run", "pull", "resume", "steps", "tie",
+    "__version__", "check", "compare", "export", "load_scene", "open_run", "pull", "resume", "steps", "theory",
+    "tie",
 ]  # fmt: skip
 
 
@@ -93,6 +96,8 @@ sys.modules[__name__].__class__ = _Package
 def __getattr__(name: str) -> Any:
     if name in _PLACES:
         return getattr(import_module(_PLACES[name]), name)
+    if name in _MODULES:
+        return import_module(_MODULES[name])
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from knotfem.scene.model import Scene
 from knotfem.scene.steps import Clamped, Driven, Free, Loaded, Pull
+from knotfem.theory import tension_ratio
 
 TURNS = {"capstan_half": np.pi}
 """Angle of contact of shipped centrelines that go round a cylinder [rad]."""
@@ -61,18 +62,6 @@ def heavy_cantilever(load: float) -> float:
     return float(hang(tip)[2])
 
 
-def capstan_ratio(friction: float, angle: float, rod_radius: float, cylinder_radius: float) -> float:
-    """Ratio of the forces on a thick rod that slips on a cylinder.
-
-    T2/T1 = exp(Lambda phi) with mu a Lambda^2 + Lambda = mu (1 - a), a = r/(R + r); for a = 0 the thin rope's law.
-    """
-    a = rod_radius / (cylinder_radius + rod_radius)
-    if friction * a == 0.0:
-        return float(np.exp(friction * angle))
-    quadratic = 4.0 * friction**2 * a * (1.0 - a)
-    return float(np.exp((np.sqrt(1.0 + quadratic) - 1.0) / (2.0 * friction * a) * angle))
-
-
 def _cantilever(scene: Scene) -> ClosedForm | None:
     (rod, *others), last = scene.rods, scene.steps[-1] if scene.steps else None
     if others or last is None or scene.contact.enabled or scene.gravity is None or rod.centerline != "straight":
@@ -105,5 +94,5 @@ def _capstan(scene: Scene) -> ClosedForm | None:
     if end.force < 5.0 * rod.bending_stiffness / rho**2:
         return None
     mu = scene.friction_between(rod.name, obstacle.name)
-    ratio = capstan_ratio(mu, TURNS[rod.centerline], rod.radius, 0.5 * obstacle.diameter)
+    ratio = tension_ratio(mu, TURNS[rod.centerline], rod.radius / rho)
     return ClosedForm("force_end", end.force * ratio, CAPSTAN_BOUND, "capstan law of a thick rod")

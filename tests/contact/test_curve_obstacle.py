@@ -7,6 +7,7 @@ from reduced import RADIUS, Rods, begun, contact, line, peg, spec
 from knotfem.contact.friction import Friction
 from knotfem.models.rod.spec import ContactSpec
 from knotfem.solver.stepping.controller import StepController
+from knotfem.theory import capstan_exponent
 
 MU, CYLINDER = 0.33, 10.0
 DOWN = np.array([0.0, 0.0, -1.0])
@@ -34,8 +35,7 @@ def test_capstan_of_a_thick_rope(h):
     pulled = model.placed("start", lambda t: place + max(t - 0.2, 0.0) * 2.0 * pull * DOWN)
     model.begin(pulled, model.loaded("end", lambda t: load * min(5.0 * t, 1.0) * DOWN))
     model.run(StepController(0.05, 1e-6, 0.05, RADIUS), 0.2, 0.7, newton=model.newton(2e-6))
-    a = RADIUS / rho
-    exponent = (np.sqrt(1.0 + 4.0 * MU**2 * a * (1.0 - a)) - 1.0) / (2.0 * MU * a)
+    exponent = capstan_exponent(MU, RADIUS / rho)
     c = model.contacts()
     middles = (np.arange(len(points) - 1) + 0.5) * model.layout.spacing[0]
     inside = (middles > c.arclength.min() + 3.0) & (middles < c.arclength.max() - 3.0)

@@ -53,6 +53,26 @@ def test_a_term_of_your_own(monkeypatch: pytest.MonkeyPatch) -> None:
     assert names["run"].energy["spring"].min() > 0.0
 
 
+def test_theory() -> None:
+    block = re.search(r"```python\n(.*?)```", (ROOT / "docs" / "theory.md").read_text(encoding="utf-8"), re.DOTALL)
+    assert block is not None
+    names: dict[str, Any] = {}
+    exec(block.group(1), names)
+    fit = names["fit"]
+    assert abs(fit.alpha - kf.theory.PAPER.alpha) < 2.0 * fit.alpha_error
+    assert abs(fit.beta - kf.theory.PAPER.beta) < 2.0 * fit.beta_error
+
+
+def test_the_table_of_theory() -> None:
+    text = (ROOT / "docs" / "theory.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| ([\d.]+) \| ([\d.]+) \| ([\d.]+) \| ([\d.]+) \| (.*) \|$", text, re.MULTILINE)
+    theory = kf.theory
+    assert [float(row[0]) for row in rows] == [5.0, 6.0, 7.4, 9.1, 13.9, 25.0]
+    for x, *columns in rows:
+        laws = (theory.stiff_friction, theory.stiff_friction_error, theory.critical_friction)
+        assert columns == [*(f"{law(float(x)):.4f}" for law in laws), theory.failure_mode(float(x))]
+
+
 def test_the_ten_lines_of_the_readme_are_the_script() -> None:
     block = re.search(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
     assert block is not None

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from knotfem.scene import load_scene
-from knotfem.study.closed_forms import capstan_ratio, closed_form, heavy_cantilever
+from knotfem.study.closed_forms import closed_form, heavy_cantilever
 
 
 @pytest.mark.parametrize(("load", "sag"), [(1.0, 0.12347), (5.0, 0.49591), (10.0, 0.70020)])
@@ -14,12 +14,6 @@ def test_heavy_cantilever(load, sag):
 
 def test_heavy_cantilever_of_little_weight_is_the_linear_beam():
     assert heavy_cantilever(1e-3) == pytest.approx(1e-3 / 8.0, rel=1e-4)
-
-
-def test_capstan():
-    assert capstan_ratio(0.33, np.pi, 3.0, 10.0) == pytest.approx(2.187, abs=1e-3)
-    assert capstan_ratio(0.33, np.pi, 0.0, 10.0) == pytest.approx(np.exp(0.33 * np.pi))
-    assert capstan_ratio(0.33, np.pi, 1e-6, 10.0) == pytest.approx(np.exp(0.33 * np.pi), rel=1e-5)
 
 
 def test_scenes_with_a_closed_form():

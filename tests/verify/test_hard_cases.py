@@ -25,7 +25,7 @@ from knotfem.verify.stress import steps as hard_steps
 from knotfem.verify.stress.display import COMMON, runs, show
 from knotfem.verify.stress.input import random_curve, tie_random
 from knotfem.verify.stress.invariance import twins
-from knotfem.verify.stress.knots import capstan_exponent, contacts
+from knotfem.verify.stress.knots import contacts
 from knotfem.verify.stress.outcome import Outcome
 from knotfem.verify.stress.pressure import roughness, roughness_across
 from knotfem.verify.stress.runs import Recording, hard_scene, run
@@ -59,11 +59,6 @@ def test_every_hard_scene_is_right_and_named() -> None:
     names = [name for name in shipped.scene_names() if name.startswith("hard/")]
     assert len(names) >= 25
     assert all(load_scene(name).description for name in names)
-
-
-def test_capstan_with_thickness() -> None:
-    assert np.exp(np.pi * capstan_exponent(0.33, 3.0, 10.0)) == pytest.approx(2.187, abs=1e-3)
-    assert capstan_exponent(0.33, 1e-4, 10.0) == pytest.approx(0.33, rel=1e-4)
 
 
 def test_roughness_tells_a_checkerboard_from_a_slope() -> None:

@@ -9,6 +9,7 @@ import numpy as np
 
 from knotfem.scene import Scene
 from knotfem.scene.steps import Loaded, Release
+from knotfem.theory import tension_ratio
 from knotfem.verify.case import Case, Quantity
 from knotfem.verify.stress.outcome import Outcome
 from knotfem.verify.stress.runs import SLIGHT, at, hard_case, hard_scene, run
@@ -105,15 +106,6 @@ def _tightens(found: Outcome, small: bool) -> Quantity:
     return Quantity("force at the end over force half way", ratio, 1.0 if small else 2.0, kind="at least")
 
 
-def capstan_exponent(friction: float, rod_radius: float, cylinder_radius: float) -> float:
-    """Lambda of T2/T1 = exp(Lambda phi) for a rod whose friction acts on its surface, not on its axis.
-
-    With a = r/(R + r): mu a Lambda^2 + Lambda = mu (1 - a).
-    """
-    a = rod_radius / (rod_radius + cylinder_radius)
-    return (np.sqrt(1.0 + 4.0 * friction**2 * a * (1.0 - a)) - 1.0) / (2.0 * friction * a)
-
-
 def _rough_capstan(scene: Scene, *, small: bool) -> Sequence[Quantity]:
     found = run(scene)
     common = found.quantities(before="unknot", after="unknot")
@@ -136,8 +128,7 @@ def _sliding_band(found: Outcome) -> Quantity:
     bending = rod.bending_stiffness / radius**2
     rows = np.flatnonzero((tension > ABOVE_BENDING * bending) & (tension < PART_OF_LAW * tension.max()))
     low, high = rows[np.argmin(tension[rows])], rows[np.argmax(tension[rows])]
-    exponent = capstan_exponent(found.scene.contact.friction, rod.radius, 0.5 * cylinder.diameter)
-    expected = float(np.exp(exponent * abs(angle[high] - angle[low])))
+    expected = tension_ratio(found.scene.contact.friction, abs(angle[high] - angle[low]), rod.radius / radius)
     return Quantity("ratio in the sliding band", float(tension[high] / tension[low]), expected, 0.05)
 
 
