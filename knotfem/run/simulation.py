@@ -238,8 +238,9 @@ class Simulation:
         system = self.system = equations.system
         if resumed is None:
             adapted = self.model.adapted(self.state, equations)
-            underway = replace(underway, now=replace(underway.now, state=adapted))
             self.balance.begin(equations, adapted, anew=self.next_step <= len(self.scene.tying_steps))
+            watch = JumpWatch(self.model, self.state.x, sum(self.balance.energies.taken.values()))
+            underway = replace(underway, now=replace(underway.now, state=adapted), watch=watch)
         elif resumed.keys is not None:
             system.load(resumed.now.state)
             system.update(resumed.now.state.x)
@@ -298,7 +299,7 @@ class Simulation:
     def _begun(self, step: Step) -> Underway:
         ends = {f"{rod}.{side}" for (rod, side), end in step.all_ends().items() if isinstance(end, Loaded)}
         before = {label: np.array(force) for label, force in self.balance.end_forces.items() if label in ends}
-        watch = JumpWatch(self.model, self.state.x, sum(self.balance.energies.taken.values()))
+        watch = JumpWatch(self.model, self.state.x)
         return Underway(step, self.model.origin(self.state), before, Continuation.at(self.state), watch)
 
     def _lost(self, step: Step) -> bool:

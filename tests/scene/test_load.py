@@ -4,7 +4,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from knotfem import shipped
@@ -322,6 +322,7 @@ positive = st.floats(min_value=1e-9, max_value=1e9)
 vectors = st.tuples(*[st.floats(min_value=-1e3, max_value=1e3)] * 3).filter(any)
 
 
+@settings(deadline=None)
 @given(
     length=st.floats(min_value=10.0, max_value=1e6),
     modulus=positive,
