@@ -7,10 +7,10 @@ contact plane along the secondary rod's tangent and across it,
     e = T z + e1 g1 + e2 g2          trial slip
     traction = mu N psi(|e|/s) e/|e|
 
-with psi of `knotfem.contact.law`, as between tubes, and the force acts on those two material points, rolling and
-twisting included. On an accepted step the slip is cut to the stick distance s where the pair slides, and both material
-points are reset to the current contact point, so that the contact may move along the rods and roll without end, while
-slip that is not cut stays.
+with psi of `knotfem.contact.mobilisation`, as between tubes, and the force acts on those two material points, rolling
+and twisting included. On an accepted step the slip is cut to the stick distance s where the pair slides, and both
+material points are reset to the current contact point, so that the contact may move along the rods and roll without
+end, while slip that is not cut stays.
 """
 
 from __future__ import annotations

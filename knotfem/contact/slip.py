@@ -46,6 +46,7 @@ class SlipRoom(NamedTuple):
         size: of the trial slip, shape [1].
         width: length of `along` in the plane, shape [1].
         work: shape [3, 3].
+        psi: psi/y of `knotfem.contact.mobilisation` at the trial slip, shape [1].
         M: derivative of the traction by the slip [N/mm], shape [3, 3].
     """
 
@@ -56,6 +57,7 @@ class SlipRoom(NamedTuple):
     size: np.ndarray
     width: np.ndarray
     work: np.ndarray
+    psi: np.ndarray
     M: np.ndarray
 
 
@@ -64,7 +66,7 @@ def slip_room() -> SlipRoom:
     """Work space for one contact."""
     return SlipRoom(
         np.empty(3), np.empty(3), np.empty((2, 3)), np.empty(3), np.empty(1), np.empty(1), np.empty((3, 3)),
-        np.empty((3, 3)),
+        np.empty(1), np.empty((3, 3)),
     )  # fmt: skip
 
 
@@ -118,19 +120,18 @@ def slip_rate(
 
 @kernel(inline="always")
 def traction_of(room: SlipRoom, limit: float, stick: float, out: np.ndarray) -> None:
-    """Traction into out, for the limit mu N [N]."""
-    _, psi_y, _ = mobilisation(room.size[0] / stick)
+    """Traction into out, for the limit mu N [N], and `psi`."""
+    _, room.psi[0], _ = mobilisation(room.size[0] / stick)
     for i in range(3):
-        out[i] = limit * psi_y / stick * room.e[i]
+        out[i] = limit * room.psi[0] / stick * room.e[i]
 
 
 @kernel(inline="always")
 def traction_rate(room: SlipRoom, stick: float, de: np.ndarray, dlimit: float, out: np.ndarray) -> None:
-    """Derivative of the traction along those of the slip and of the limit into out; `M` belongs to the slip."""
-    _, psi_y, _ = mobilisation(room.size[0] / stick)
+    """Derivative of the traction along those of the slip and of the limit into out, from `M` and `psi`."""
     for i in range(3):
         out[i] = room.M[i, 0] * de[0] + room.M[i, 1] * de[1] + room.M[i, 2] * de[2]
-        out[i] += dlimit * psi_y / stick * room.e[i]
+        out[i] += dlimit * room.psi[0] / stick * room.e[i]
 
 
 @kernel

@@ -238,9 +238,8 @@ class Simulation:
         system = self.system = equations.system
         if resumed is None:
             adapted = self.model.adapted(self.state, equations)
-            self.balance.begin(equations, adapted, anew=self.next_step <= len(self.scene.tying_steps))
-            watch = JumpWatch(self.model, self.state.x, sum(self.balance.energies.taken.values()))
-            underway = replace(underway, now=replace(underway.now, state=adapted), watch=watch)
+            underway = replace(underway, now=replace(underway.now, state=adapted))
+            self.balance.begin(equations, adapted, anew=self._balance_anew)
         elif resumed.keys is not None:
             system.load(resumed.now.state)
             system.update(resumed.now.state.x)
@@ -296,10 +295,16 @@ class Simulation:
         if step.real and isinstance(step, Relax):
             raise NotConverged(f"{step.name}: not at rest after {step.longest:g} s")
 
+    @property
+    def _balance_anew(self) -> bool:
+        """Whether the energy balance starts with the present step of the scene."""
+        return self.next_step <= len(self.scene.tying_steps)
+
     def _begun(self, step: Step) -> Underway:
         ends = {f"{rod}.{side}" for (rod, side), end in step.all_ends().items() if isinstance(end, Loaded)}
         before = {label: np.array(force) for label, force in self.balance.end_forces.items() if label in ends}
-        watch = JumpWatch(self.model, self.state.x)
+        taken = 0.0 if self._balance_anew else sum(self.balance.energies.taken.values())
+        watch = JumpWatch(self.model, self.state.x, taken)
         return Underway(step, self.model.origin(self.state), before, Continuation.at(self.state), watch)
 
     def _lost(self, step: Step) -> bool:

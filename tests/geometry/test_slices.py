@@ -41,7 +41,7 @@ def test_what_is_linear_along_the_rod_is_met_at_the_sections():
 
 
 @pytest.mark.parametrize("order", [1, 2])
-def test_slices_turn_by_no_more_than_the_angle_within_reach_of_a_bend(order):
+def test_turning_angle_of_slices_is_bounded_near_bends(order):
     angle, longest, reach = 0.1, 4.0, 10.0
     slices = graded_slices(hairpin(), LENGTH, longest, angle, reach, order)
     lengths = slices.lengths
@@ -62,7 +62,7 @@ def test_lengths_grow_slowly_and_as_fast_as_they_may():
     assert 60 < slices.count < 0.6 * LENGTH / (0.1 * R)
 
 
-def test_a_circle_has_equal_slices_and_a_straight_curve_the_longest():
+def test_slices_of_a_circle_are_equal_and_of_a_line_the_longest():
     phi = np.linspace(0.0, 1.5 * np.pi, 300)
     circle = R * np.stack([np.cos(phi), np.sin(phi), 0.0 * phi], axis=1)
     lengths = graded_slices(circle, 3.0 * np.pi * R, 9.0, 0.25, 5.0).lengths  # of twice the radius when scaled

@@ -52,7 +52,7 @@ def test_the_energy_released_in_a_jump_is_what_the_rod_loses(snapped):
     assert np.abs(table["missing_Nmm"]).max() < 2e-3 * table["elastic_Nmm"].max()
 
 
-def test_an_end_that_is_let_go_releases_energy_of_its_own_step():
+def test_a_released_end_dissipates_energy_of_its_own_step():
     """Not that of the relax step before it, which the energy balance of the pull does not hold."""
     changed = {"model": "rod", "output.fields": False, "rods.0.mesh.element_length": "6 mm"}
     run = kf.pull("bowline", {**changed, "steps.pull.displacement": "1 mm"})

@@ -103,9 +103,9 @@ class QuasiStatic:
         if shorter * trial.dt < self.shortest * self.first_dt:
             return None
         if pace.settling:
-            return replace(pace, dt=self.settle_cut * trial.dt)
+            return replace(pace, dt=shorter * trial.dt)
         advance = max(self.loads.cut * trial.advance, self.loads.smallest)
-        return replace(pace, advance=advance, slowness=self.hurry * pace.slowness)
+        return replace(pace, advance=advance, slowness=shorter * pace.slowness)
 
     def after_success(self, pace: Pace, trial: Trial, outcome: Outcome) -> Pace:
         """Loads go on where the rods are in equilibrium, and stand still where they are not."""

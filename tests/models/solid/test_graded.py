@@ -66,7 +66,7 @@ def test_homogeneous_deformation_is_met_and_leaves_inner_nodes_without_force(ele
 
 
 @pytest.mark.parametrize("element", ELEMENTS)
-def test_slice_behaves_as_one_of_a_rod_of_such_slices(element):
+def test_nodal_forces_of_a_graded_element_are_those_of_a_uniform_mesh(element):
     """Energy and forces of a deformation that only bends within one element are those of an equal rod's element."""
     rod, order = graded(element), 2 if element == "hex27" else 1
     layer = 3
