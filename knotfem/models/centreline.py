@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
-from knotfem import shipped
 from knotfem.errors import InputError
 from knotfem.geometry import validate
 from knotfem.geometry.curve import Curve, interpolate
@@ -19,7 +17,7 @@ from knotfem.geometry.slices import Slices, equal_slices
 from knotfem.geometry.smoothing import laplacian
 from knotfem.scene.elements import ORDERS
 from knotfem.scene.model import Scene
-from knotfem.scene.rods import CURVE_SUFFIXES, MOST_SLICES, Rod
+from knotfem.scene.rods import MOST_SLICES, Rod
 from knotfem.topology.knot_type import check_smoothing
 
 CURVATURE_SPACING = 0.25
@@ -82,13 +80,9 @@ def _slices_of(rod: Rod, number: int, scene: Scene) -> Slices:
     )
 
 
-def _file_of(rod: Rod) -> str | Path:
-    return rod.centerline if Path(rod.centerline).suffix in CURVE_SUFFIXES else shipped.centreline_path(rod.centerline)
-
-
 def _smoothed(rod: Rod) -> tuple[Curve, np.ndarray | None]:
     """A rod's centreline as a curve of its own scale, and vertices before smoothing where there is any [mm]."""
-    curve = read_centreline(_file_of(rod))
+    curve = read_centreline(rod.curve_file)
     if rod.smoothing.iterations == 0:
         return curve, None
     raw = equal_chords(curve, rod.slices, rod.length).points
@@ -120,7 +114,7 @@ def centreline_of(rod: Rod, slices: Slices, scene: Scene) -> Centreline:
         check_smoothing(unsmoothed, points, rod.centerline)
     warnings += [
         f'{rod.centerline}: the column "{name}" is not used (the twist of a rod is rods.twist)'
-        for name in unused_columns(_file_of(rod))
+        for name in unused_columns(rod.curve_file)
     ]
     return Centreline(points, slices, tuple(warnings))
 

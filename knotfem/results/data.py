@@ -146,9 +146,10 @@ def open_run(path: str | Path, overrides: Overrides = ()) -> Run:
         overrides: changes of keys under solver and output with which it is to go on.
 
     Raises:
-        InputError: no run is there, or an override of something else.
+        InputError: no run is there, its scene was changed after it had run, or an override of something else.
     """
     directory = RunDirectory.open(path)
+    directory.check_scene()
     shadowed = RunDirectory.shadowed(path) if isinstance(path, str) else None
     if shadowed is not None:
         _LOG.warning(shadowed)

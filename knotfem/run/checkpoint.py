@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from knotfem.errors import InputError, cannot_read, cannot_write
+from knotfem.errors import InputError, cannot_write
 from knotfem.files import write_atomically
 
 _TREE = "tree"
@@ -26,11 +27,13 @@ class Checkpoint:
         state: nested dictionaries, lists and tuples of arrays, NumPy scalars and plain values.
         metadata: plain values that describe it, such as the step and the rows of the tables.
         path: the file.
+        damaged: newer files that cannot be read, newest first.
     """
 
     state: dict[str, Any]
     metadata: dict[str, Any]
     path: Path
+    damaged: tuple[Path, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,22 +103,43 @@ class CheckpointStore:
         """
         return self._add(_encode(state, metadata), name)
 
-    def adopt(self, path: Path) -> Path:
+    def adopt(self, path: Path, **metadata: Any) -> Path:
         """Copy a checkpoint of another run as the newest of this one, name included.
+
+        Args:
+            path: the file.
+            **metadata: that takes the place of the copied one's.
 
         Raises:
             InputError: it cannot be read or written.
         """
-        try:
-            content = path.read_bytes()
-        except OSError as error:
-            raise cannot_read(path, error) from None
-        return self._add(content, _name(path))
+        checkpoint = read_checkpoint(path)
+        return self.save(checkpoint.state, {**checkpoint.metadata, **metadata}, _name(path))
 
     def latest(self) -> Checkpoint | None:
-        """The newest checkpoint, or none."""
-        existing = self.paths()
-        return read_checkpoint(existing[-1]) if existing else None
+        """The newest checkpoint that can be read, or none where there is no file.
+
+        Raises:
+            InputError: all are damaged; says what is wrong with the newest.
+        """
+        damaged: list[tuple[Path, InputError]] = []
+        for path in reversed(self.paths()):
+            try:
+                checkpoint = read_checkpoint(path)
+            except InputError as error:
+                damaged.append((path, error))
+            else:
+                return replace(checkpoint, damaged=tuple(path for path, _ in damaged))
+        if damaged:
+            raise damaged[0][1]
+        return None
+
+    def metadata(self) -> dict[str, Any]:
+        """Metadata of the newest checkpoint that can be read; empty without one."""
+        for path in reversed(self.paths()):
+            with suppress(InputError):
+                return read_metadata(path)
+        return {}
 
     def named(self, name: str) -> Path | None:
         """File of the checkpoint with this name, or none."""
@@ -150,14 +174,30 @@ def read_checkpoint(path: Path) -> Checkpoint:
     Raises:
         InputError: missing or damaged.
     """
+    with _opened(path) as file:
+        tree = json.loads(bytes(_dataset(file, _TREE)))
+        return Checkpoint(_decode(tree["state"], _dataset_group(file)), tree["metadata"], path)
+
+
+def read_metadata(path: Path) -> dict[str, Any]:
+    """Read the metadata of a checkpoint alone.
+
+    Raises:
+        InputError: missing or damaged.
+    """
+    with _opened(path) as file:
+        return dict(json.loads(bytes(_dataset(file, _TREE)))["metadata"])
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    """The file of a checkpoint, open for reading; what is wrong inside is said in one message."""
     import h5py
 
     try:
-        with h5py.File(path, "r") as file:
-            tree = json.loads(bytes(_dataset(file, _TREE)))
-            arrays = _dataset_group(file)
-        return Checkpoint(_decode(tree["state"], arrays), tree["metadata"], path)
-    except (OSError, KeyError, ValueError) as error:
+        with h5py.File(path, "r", locking=False) as file:
+            yield file
+    except (OSError, KeyError, ValueError, RuntimeError) as error:
         raise InputError(f"no readable checkpoint ({error})", file=path) from None
 
 

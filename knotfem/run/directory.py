@@ -14,6 +14,14 @@ from knotfem.errors import OVERRIDES, InputError, cannot_write
 from knotfem.files import PART_SUFFIX, read_json, write_atomically, write_json
 from knotfem.run.checkpoint import CheckpointStore
 from knotfem.run.colours import COLOURS
+from knotfem.run.fingerprint import (
+    SETTINGS,
+    check_fingerprint,
+    fingerprint,
+    first_difference,
+    scene_difference,
+)
+from knotfem.run.process import has_gone, this_process
 from knotfem.run.provenance import timestamp
 from knotfem.scene.load import Overrides, load_scene
 from knotfem.scene.model import Scene
@@ -27,7 +35,6 @@ TIED = "tied"
 SOURCE = "source.json"
 """Name of the file that keeps the state of another run from which this one sets out."""
 
-_SETTINGS = ("solver", "output")
 _SCENE, _TIE = "scene.toml", "tie.csv"
 _FORCE = "force.csv"
 _SERIES = (_TIE, _FORCE, "events.csv", "tension.csv", "twist.csv", "contacts.csv", "results.vtkhdf", SOURCE)
@@ -128,8 +135,16 @@ class RunDirectory:
         for name in _SERIES:
             if name != _FORCE and (self.path / name).exists():
                 write_atomically(run.path / name, (self.path / name).read_bytes())
-        run.checkpoints.adopt(tied)
+        run.checkpoints.adopt(tied, fingerprint=fingerprint(scene))
         return run
+
+    def check_scene(self) -> None:
+        """Refuse to take results for those of a scene that has been changed since.
+
+        Raises:
+            InputError: the first key that differs from those that the newest checkpoint was computed from.
+        """
+        check_fingerprint(self.checkpoints.metadata().get("fingerprint"), self.scene, self.scene_file)
 
     @staticmethod
     def check_branch(tied: Scene, scene: Scene, path: Path | None) -> None:
@@ -143,12 +158,10 @@ class RunDirectory:
         Raises:
             InputError: what differs.
         """
-        ours, theirs = _fixed_by_tying(tied), _fixed_by_tying(scene)
-        for key, value in ours.items():
-            if theirs[key] != value:
-                raise InputError(
-                    "differs from the tied run", file=path, key=key, expected="the same, or a run of its own"
-                )
+        found = first_difference(_fixed_by_tying(tied), _fixed_by_tying(scene))
+        if found is not None:
+            expected = f"{found.before}, or a run of its own"
+            raise InputError("differs from the tied run", file=path, key=found.key, found=found.now, expected=expected)
 
     def override(self, overrides: Overrides) -> None:
         """Compute from here on with other settings, which leave what is computed as it is; scene.toml stays.
@@ -160,10 +173,11 @@ class RunDirectory:
             InputError: an override of something else.
         """
         changed = load_scene(self.scene_file, overrides)
-        for key in type(changed).model_fields:
-            if key not in _SETTINGS and getattr(changed, key) != getattr(self.scene, key):
-                expected = f"{' or '.join(_SETTINGS)}: the rest of a run stays, start another with -o"
-                raise InputError("cannot change in a run", file=OVERRIDES, key=key, expected=expected)
+        found = scene_difference(self.scene, changed)
+        if found is not None:
+            expected = f"a key of {' or '.join(SETTINGS)}: the rest of a run stays, start another with -o"
+            problem = "cannot change in a run"
+            raise InputError(problem, file=OVERRIDES, key=found.key, found=found.now, expected=expected)
         self.scene = changed
 
     @property
@@ -205,8 +219,7 @@ class RunDirectory:
             state: of the run.
             **progress: whatever helps a reader, such as phase, displacement_mm, fraction.
         """
-        now, pid = timestamp(), os.getpid()
-        write_json(self.path / "status.json", {"state": state, "updated": now, "pid": pid, **progress})
+        write_json(self.path / "status.json", {"state": state, "updated": timestamp(), **this_process(), **progress})
 
     def read_status(self) -> dict[str, Any]:
         """What status.json holds.
@@ -218,12 +231,13 @@ class RunDirectory:
 
     @property
     def status(self) -> dict[str, Any]:
-        """What status.json holds; empty where there is none yet.
-
-        Raises:
-            InputError: damaged.
-        """
-        return self.read_status() if (self.path / "status.json").exists() else {}
+        """What status.json holds, empty where there is none or it is damaged; `stopped` if its process has gone."""
+        try:
+            status = self.read_status()
+        except InputError:
+            return {}
+        gone = {"state": "stopped", "reason": f"process {status.get('pid')} ended without saying why"}
+        return {**status, **gone} if has_gone(status) else status
 
     def write_summary(self, summary: Mapping[str, Any]) -> None:
         """Replace summary.json."""
@@ -274,15 +288,14 @@ class RunDirectory:
 
 
 def _fixed_by_tying(scene: Scene) -> dict[str, Any]:
-    return {
-        "model": scene.model,
-        "rods": scene.rods,
-        "obstacles": [obstacle.model_copy(update={"friction": 0.0}) for obstacle in scene.obstacles],
-        "contact": scene.contact.model_copy(update={"friction": 0.0, "pairs": ()}),
-        "tie": scene.tie,
-        "steps before the first that is no relax": scene.tying_steps,
-        "displacement of all pulls, by which slices were chosen": _sliding(scene),
-    }
+    steps = "steps before the first that is no relax"
+    keys = scene.model_dump(
+        mode="json",
+        include={"model", "rods", "obstacles", "contact", "tie"},
+        exclude={"obstacles": {"__all__": {"friction"}}, "contact": {"friction", "pairs"}},
+    )
+    tying = {steps: [step.model_dump(mode="json") for step in scene.tying_steps]}
+    return {**keys, **tying, "displacement of all pulls, by which slices were chosen": _sliding(scene)}
 
 
 def _sliding(scene: Scene) -> float | None:

@@ -12,6 +12,7 @@ from knotfem.run.additions import names_of, require
 from knotfem.run.checkpoint import RunCheckpoint
 from knotfem.run.directory import TIED, RunDirectory
 from knotfem.run.disk import DiskStore
+from knotfem.run.fingerprint import fingerprint
 from knotfem.run.progress import Progress, Silent
 from knotfem.run.provenance import Provenance
 from knotfem.run.recorder import Recorder
@@ -58,12 +59,15 @@ def drive(
         KnotfemError: with the exit code of what ended the run.
     """
     progress, additions = progress or Silent(), additions or Additions()
+    run.check_scene()
     if _finished(run, goal):
         progress.message("nothing is left to do")
         return
     provenance, names = Provenance(run.path), names_of(additions)
-    if provenance.additions is not None and run.checkpoints.paths():
-        require(provenance.additions, names, run.path, same=True)
+    begun = run.checkpoints.metadata().get("additions") if provenance.damaged else provenance.additions
+    if begun is not None and run.checkpoints.paths():
+        require(begun, names, run.path, same=True)
+    _tell_of_last_session(run, provenance, progress)
     with StopRequest(run.scene.solver.time_limit) as stop:
         provenance.begin(threads=threads_of(run.scene), additions=names)
         driver = None
@@ -81,12 +85,20 @@ def drive(
             raise
 
 
+def _tell_of_last_session(run: RunDirectory, provenance: Provenance, progress: Progress) -> None:
+    """Say what the last session has left in disorder."""
+    status = run.status
+    if not status and (run.path / "status.json").exists():
+        progress.message("status.json is damaged; it is written anew")
+    elif "reason" in status and "exit_code" not in status:
+        progress.message(f"the last session did not end in order: {status['reason']}")
+    if provenance.damaged:
+        progress.message("provenance.json is damaged; it is set aside, what it said of earlier sessions is lost")
+
+
 def goal_of(run: RunDirectory) -> str:
     """What a run was asked for last."""
-    goal = run.status.get("goal")
-    if goal is None and (checkpoint := run.checkpoints.latest()) is not None:
-        goal = checkpoint.metadata["goal"]
-    return str(goal or "pull")
+    return str(run.status.get("goal") or run.checkpoints.metadata().get("goal") or "pull")
 
 
 def _finished(run: RunDirectory, goal: str) -> bool:
@@ -159,6 +171,7 @@ class Driver:
         self.run, self.simulation, self.goal = run, simulation, simulation.goal
         self.progress, self.provenance, self.figures = progress, provenance, figures
         self.recorder = Recorder(simulation, DiskStore(run))
+        self._fingerprint = fingerprint(run.scene)
         self._fraction: float | None = 0.0
         self._phase = simulation.phase
         self._told, self._saved = 0.0, time.monotonic()
@@ -227,6 +240,8 @@ class Driver:
                 "next_step": self.simulation.next_step,
                 "inside": self.simulation.inside,
                 "rows": checkpoint.rows,
+                "fingerprint": self._fingerprint,
+                "additions": self.provenance.additions,
             }
             self.run.checkpoints.save(checkpoint.state, metadata, name)
         self._saved = time.monotonic()
@@ -239,3 +254,6 @@ class Driver:
         checkpoint = RunCheckpoint.of(latest)
         self.recorder.begin(checkpoint)
         self.simulation.restore(checkpoint.simulation)
+        for path in latest.damaged:
+            self.progress.message(f"{path} is damaged and removed; the run goes on from {latest.path.name}")
+            path.unlink(missing_ok=True)

@@ -7,6 +7,8 @@ import logging
 import math
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from typing import IO, Literal, Protocol
 
@@ -67,6 +69,42 @@ class Silent:
 
     def close(self) -> None:
         """Do nothing."""
+
+
+class Unfailing:
+    """Falls silent where its stream cannot be written any more, as after a terminal has closed; the run goes on.
+
+    Args:
+        progress: what tells.
+
+    Attributes:
+        inner: the same, or `Silent` once it cannot be written.
+    """
+
+    def __init__(self, progress: Progress) -> None:
+        self.inner = progress
+
+    def message(self, text: str) -> None:
+        """Say one thing."""
+        with self._silent_if_broken():
+            self.inner.message(text)
+
+    def step(self, report: StepReport) -> None:
+        """Tell of an accepted step."""
+        with self._silent_if_broken():
+            self.inner.step(report)
+
+    def close(self) -> None:
+        """Give the terminal back."""
+        with self._silent_if_broken():
+            self.inner.close()
+
+    @contextmanager
+    def _silent_if_broken(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError:
+            self.inner = Silent()
 
 
 class JsonLines:
@@ -173,8 +211,8 @@ def make_progress(*, quiet: bool = False, log_format: LogFormat = "text", stream
     if quiet or target is None:
         return Silent()
     if log_format == "json":
-        return JsonLines(target)
-    return LiveBar(target) if target.isatty() else Lines(target)
+        return Unfailing(JsonLines(target))
+    return Unfailing(LiveBar(target) if target.isatty() else Lines(target))
 
 
 class Logged:

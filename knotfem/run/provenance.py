@@ -6,14 +6,18 @@ import os
 import platform
 import sys
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from knotfem.errors import InputError
 from knotfem.files import read_json, write_json
 from knotfem.version import __version__
 
+DAMAGED_SUFFIX = ".damaged.json"
+"""Of a file that was set aside."""
 LIBRARIES = (
     "numpy",
     "scipy",
@@ -45,7 +49,11 @@ def library_versions() -> dict[str, str]:
 class Provenance:
     """The file provenance.json of a run; a resumed run adds a session to it.
 
-    The newest session stands at the top level too, with the start of the first one.
+    The newest session stands at the top level too, with the start of the first one. A damaged file is set aside when a
+    session begins.
+
+    Attributes:
+        damaged: whether the file cannot be read.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -55,7 +63,16 @@ class Provenance:
             folder: the run directory.
         """
         self._path = folder / "provenance.json"
-        self._sessions: list[dict[str, Any]] = read_json(self._path)["sessions"] if self._path.exists() else []
+        self.damaged = False
+        self._sessions: list[dict[str, Any]] = self._read() if self._path.exists() else []
+
+    def _read(self) -> list[dict[str, Any]]:
+        try:
+            sessions = read_json(self._path)["sessions"]
+            return [dict(session) for session in sessions]
+        except (InputError, KeyError, TypeError, ValueError):
+            self.damaged = True
+            return []
 
     @property
     def additions(self) -> dict[str, list[str]] | None:
@@ -71,6 +88,9 @@ class Provenance:
             threads: in use.
             additions: names of what the user adds as objects, by kind.
         """
+        if self.damaged:
+            with suppress(OSError):
+                self._path.replace(self._path.with_suffix(DAMAGED_SUFFIX))
         self._sessions.append(
             {
                 "command": list(sys.argv),

@@ -51,6 +51,7 @@ def _read(scene: Scene) -> list[SourceRod]:
     source = RunDirectory.open(str(scene.tie.source))
     if source.scene.model != "fem":
         raise InputError("the source is a rod run", file=source.path, key="model", found="rod", expected="fem")
+    source.check_scene()
     ours, theirs = _compared(scene), _compared(source.scene)
     for key in [*ours, *theirs]:
         found, expected = theirs.get(key, "none"), ours.get(key, "none")

@@ -1,4 +1,4 @@
-"""Ending a run in order: SIGTERM, Ctrl-C and the time limit set a flag that the run polls."""
+"""Ending a run in order: SIGTERM, a closed terminal, Ctrl-C and the time limit set a flag that the run polls."""
 
 from __future__ import annotations
 
@@ -10,10 +10,14 @@ from typing import Any, Self
 
 from knotfem.errors import Interrupted, KnotfemError, Stopped
 
+SIGNALS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGINT", "SIGHUP") if hasattr(signal, name))
+"""Requests to stop; Windows has no SIGHUP, which a terminal sends when it closes."""
+
 
 class StopRequest:
-    """While entered, takes SIGTERM and Ctrl-C as a request to stop; a second Ctrl-C interrupts at once.
+    """While entered, takes SIGTERM, SIGHUP and Ctrl-C as a request to stop; a second Ctrl-C interrupts at once.
 
+    A SIGHUP that is ignored, as after `nohup`, stays so.
     Outside the main thread signals are left alone and only the time limit counts.
     """
 
@@ -31,7 +35,7 @@ class StopRequest:
         if self._limit is not None:
             self._deadline = time.monotonic() + self._limit
         if threading.current_thread() is threading.main_thread():
-            self._previous = {number: signal.signal(number, self._note) for number in (signal.SIGTERM, signal.SIGINT)}
+            self._previous = {number: signal.signal(number, self._note) for number in SIGNALS if not _ignored(number)}
         return self
 
     def __exit__(
@@ -56,3 +60,8 @@ class StopRequest:
         if number == signal.SIGINT and self._signal == signal.SIGINT:
             raise KeyboardInterrupt
         self._signal = number
+
+
+def _ignored(number: int) -> bool:
+    """Whether whoever started the process wants it to live through a closed terminal."""
+    return number == getattr(signal, "SIGHUP", None) and signal.getsignal(number) == signal.SIG_IGN

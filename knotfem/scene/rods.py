@@ -188,6 +188,12 @@ class Rod(Table):
         return ORDERS[self.mesh.element] * round(self.length / self.mesh.element_length)
 
     @property
+    def curve_file(self) -> Path:
+        """File of the centreline."""
+        given = Path(self.centerline)
+        return given if given.suffix in CURVE_SUFFIXES else shipped.centreline_path(self.centerline)
+
+    @property
     def radius(self) -> float:
         """Half the diameter [mm]."""
         return 0.5 * self.diameter

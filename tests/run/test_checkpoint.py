@@ -144,3 +144,14 @@ def test_damaged_checkpoints_are_named(tmp_path: Path, content: bytes) -> None:
     path.write_bytes(content or path.read_bytes()[:-500])
     with pytest.raises(InputError, match=r"checkpoint-000001\.h5: no readable checkpoint"):
         store.latest()
+
+
+def test_a_damaged_newest_checkpoint_gives_way_to_an_older_one(tmp_path: Path) -> None:
+    store = CheckpointStore(tmp_path)
+    older = store.save({"x": 1.0}, {"step": 1})
+    newest = store.save({"x": 2.0}, {"step": 2})
+    newest.write_bytes(newest.read_bytes()[:-500])
+    found = store.latest()
+    assert found is not None
+    assert (found.path, found.state, found.damaged) == (older, {"x": 1.0}, (newest,))
+    assert store.metadata() == {"step": 1}

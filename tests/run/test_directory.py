@@ -121,7 +121,7 @@ def test_settings_may_change_the_rest_may_not(run: RunDirectory, scene: Scene) -
     run.override(["solver.threads=1", "output.checkpoint_every=5 s"])
     assert (run.scene.solver.threads, run.scene.output.checkpoint_every) == (1, 5.0)
     assert RunDirectory.open(run.path).scene == scene
-    with pytest.raises(InputError, match=r"^overrides: contact: cannot change in a run"):
+    with pytest.raises(InputError, match=r"^overrides: contact\.friction: cannot change in a run; found 0\.1"):
         run.override(["contact.friction=0.1"])
 
 
@@ -154,7 +154,7 @@ def test_branches_have_the_same_knot(run: RunDirectory, tmp_path: Path, override
     run.checkpoints.save({}, {}, name=TIED)
     with pytest.raises(InputError, match="differs from the tied run") as caught:
         run.branch(load_scene(run.scene_file, [override]), tmp_path / "other")
-    assert caught.value.key == override.partition(".")[0].partition("=")[0]
+    assert caught.value.key == override.partition("=")[0]
     assert not (tmp_path / "other").exists()
 
 

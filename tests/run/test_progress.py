@@ -1,5 +1,6 @@
 """Progress on a terminal, in a file, as JSON, or none."""
 
+import errno
 import io
 import json
 import math
@@ -7,7 +8,7 @@ import math
 import pytest
 
 from knotfem.run import progress
-from knotfem.run.progress import JsonLines, Lines, LiveBar, Silent, StepReport, make_progress
+from knotfem.run.progress import JsonLines, Lines, LiveBar, Silent, StepReport, Unfailing, make_progress
 
 REPORT = StepReport("pull", 0.25, 6.2, 24.75, 0.1234, 0.5, 140, 0.034, 5)
 
@@ -26,11 +27,29 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
 def test_the_kind_that_fits() -> None:
     assert isinstance(make_progress(quiet=True, stream=Terminal()), Silent)
-    assert isinstance(make_progress(log_format="json", stream=Terminal()), JsonLines)
-    assert isinstance(make_progress(stream=io.StringIO()), Lines)
-    bar = make_progress(stream=Terminal())
-    assert isinstance(bar, LiveBar)
-    bar.close()
+    for kind, made in (
+        (JsonLines, make_progress(log_format="json", stream=Terminal())),
+        (Lines, make_progress(stream=io.StringIO())),
+        (LiveBar, make_progress(stream=Terminal())),
+    ):
+        assert isinstance(made, Unfailing)
+        assert isinstance(made.inner, kind)
+        made.close()
+
+
+@pytest.mark.parametrize("kind", [io.StringIO, Terminal])
+@pytest.mark.parametrize("log_format", ["text", "json"])
+def test_a_terminal_that_has_closed_does_not_end_a_run(kind: type[io.StringIO], log_format: str) -> None:
+    class Closed(kind):
+        def write(self, text: str) -> int:
+            raise OSError(errno.EIO, "Input/output error")
+
+    told = make_progress(log_format=log_format, stream=Closed())  # pyright: ignore[reportArgumentType]
+    told.message("hello")
+    told.step(REPORT)
+    told.close()
+    assert isinstance(told, Unfailing)
+    assert isinstance(told.inner, Silent)
 
 
 def test_a_line_a_step(clock: list[float]) -> None:

@@ -11,7 +11,9 @@ from knotfem.errors import Interrupted, Stopped
 from knotfem.run.stop import StopRequest
 
 
-@pytest.mark.parametrize(("number", "kind"), [(signal.SIGTERM, Stopped), (signal.SIGINT, Interrupted)])
+@pytest.mark.parametrize(
+    ("number", "kind"), [(signal.SIGTERM, Stopped), (signal.SIGHUP, Stopped), (signal.SIGINT, Interrupted)]
+)
 def test_a_signal_sets_the_flag(number: signal.Signals, kind: type[Exception]) -> None:
     before = signal.getsignal(number)
     with StopRequest() as stop:
@@ -20,6 +22,16 @@ def test_a_signal_sets_the_flag(number: signal.Signals, kind: type[Exception]) -
         assert stop.due
         assert isinstance(stop.error(), kind)
     assert signal.getsignal(number) is before
+
+
+def test_a_closed_terminal_is_ignored_after_nohup() -> None:
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with StopRequest() as stop:
+            os.kill(os.getpid(), signal.SIGHUP)
+            assert not stop.due
+    finally:
+        signal.signal(signal.SIGHUP, before)
 
 
 def test_exit_codes() -> None:
