@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from knotfem.errors import OVERRIDES, InputError, KnotfemError
+from knotfem.errors import OVERRIDES, InputError, KnotfemError, SeveralErrors
 
 if TYPE_CHECKING:
     from knotfem.results.run import Run
@@ -63,6 +63,20 @@ def shared_options(command: F) -> F:
     return command
 
 
+def engine_options(command: F) -> F:
+    """Where the runs of a study are computed."""
+    options = (
+        click.option("--jobs", "processes", type=click.IntRange(min=1),
+                     help="Runs at a time on this machine; one for each processor by default."),
+        click.option("--scheduler", metavar="ADDRESS", help="A dask scheduler that runs already: tcp://host:8786."),
+        click.option("--cluster", metavar="FILE", type=click.Path(path_type=Path),
+                     help="Jobs of Slurm, PBS, SGE or LSF, as the TOML file says (docs/studies.md)."),
+    )  # fmt: skip
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
 class Verb(click.Command):
     """Turns the errors that a user can meet into one message and an exit code."""
 
@@ -81,6 +95,8 @@ class Verb(click.Command):
 
 def _in_options(error: KnotfemError) -> str:
     """The message, in which overrides and the argument `at` have the names of their options."""
+    if isinstance(error, SeveralErrors):
+        return "\n".join(_in_options(one) for one in error.errors)
     if not isinstance(error, InputError):
         return str(error)
     file = "--set" if error.file == OVERRIDES else error.file

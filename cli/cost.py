@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from knotfem_cli.common import Verb, model_option, output_option, shared_options, with_model
+from knotfem_cli.common import Verb, engine_options, model_option, output_option, shared_options, with_model
 
 
 @click.command(cls=Verb)
@@ -16,8 +16,7 @@ from knotfem_cli.common import Verb, model_option, output_option, shared_options
 @output_option
 @click.option("--budget", metavar="TIME", help='Start nothing that would end later, such as "20min".')
 @click.option("--series", "--ladder", "series", metavar="NAME", multiple=True, help="Only this choice; repeatable.")
-@click.option("--jobs", "processes", type=click.IntRange(min=1),
-              help="Runs at a time; one for each processor by default.")  # fmt: skip
+@engine_options
 @click.option("--effects", is_flag=True, help="Switch each effect off in turn instead.")
 @click.option("--store", type=click.Path(path_type=Path), is_flag=False, flag_value=Path(), metavar="[FILE]",
               help="Keep the recommendation for --accuracy: in a file, or for this user.")  # fmt: skip
@@ -29,6 +28,8 @@ def cost(
     budget: str | None,
     series: tuple[str, ...],
     processes: int | None,
+    scheduler: str | None,
+    cluster: Path | None,
     effects: bool,
     store: Path | None,
     model: str | None,
@@ -56,12 +57,14 @@ def cost(
     from knotfem.scene import load_scene
     from knotfem.scene.quantity import DURATION, parse_quantity
     from knotfem.study import convergence, files, records, switches, tables
+    from knotfem.study.engine.places import place_of, whole_machine
 
     for option, given in (("--store", store is not None), ("--series", bool(series))):
         if effects and given:
             raise InputError("not with --effects", key=option, expected="either of the two")
     chosen = with_model(overrides, model)
     folder = output or Path("costs") / load_scene(scene, chosen).name
+    place = whole_machine(place_of(processes, scheduler, cluster))
     seconds = parse_quantity(budget, DURATION, "--budget") if budget is not None else None
 
     def tell(text: str) -> None:
@@ -71,13 +74,11 @@ def cost(
     width = None if sys.stdout.isatty() else 160
     console = Console(width=width, quiet=quiet or log_format == "json")
     if effects:
-        switched = switches.run_effects(scene, chosen, folder, budget=seconds, processes=processes, tell=tell)
+        switched = switches.run_effects(scene, chosen, folder, budget=seconds, place=place, tell=tell)
         result = {"table": files.write_effects(switched, folder), "effects": switches.effects_rows(switched)}
         console.print(switches.effects_table(switched))
     else:
-        found = convergence.run_convergence(
-            scene, chosen, folder, budget=seconds, names=series, processes=processes, tell=tell
-        )
+        found = convergence.run_convergence(scene, chosen, folder, budget=seconds, names=series, place=place, tell=tell)
         result = {
             **files.write_study(found, folder),
             "rungs": tables.level_rows(found),

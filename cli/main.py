@@ -11,7 +11,8 @@ import click
 import knotfem
 
 VERBS = (
-    "scenes", "check", "tie", "pull", "tension", "resume", "render", "export", "compare", "cost", "verify", "doctor",
+    "scenes", "check", "tie", "pull", "tension", "resume", "render", "export", "compare", "cost", "sweep", "verify",
+    "doctor",
 )  # fmt: skip
 
 

@@ -42,6 +42,8 @@ if TYPE_CHECKING:
     from knotfem.scene.load import load_scene
     from knotfem.scene.model import Scene
     from knotfem.solver.term import Role, Term, TimeStep
+    from knotfem.study.sweep.run import sweep
+    from knotfem.study.sweep.table import StudyTable
 
 _PLACES = {
     "pull": "knotfem.api",
@@ -71,14 +73,16 @@ _PLACES = {
     "Role": "knotfem.solver.term",
     "Term": "knotfem.solver.term",
     "TimeStep": "knotfem.solver.term",
+    "StudyTable": "knotfem.study.sweep.table",
+    "sweep": "knotfem.study.sweep.run",
 }
 _MODULES = {"theory": "knotfem.theory"}
 
 __all__ = [
     "Comparison", "Foot", "InputError", "Interrupted", "KnotLost", "KnotfemError", "Material", "MissingDependency",
-    "NotConverged", "Obstacle", "RigidSurface", "Role", "Run", "Scene", "Stopped", "Term", "TimeStep", "TimeStepDone",
-    "__version__", "check", "compare", "export", "load_scene", "open_run", "pull", "resume", "steps", "theory",
-    "tie",
+    "NotConverged", "Obstacle", "RigidSurface", "Role", "Run", "Scene", "Stopped", "StudyTable", "Term", "TimeStep",
+    "TimeStepDone", "__version__", "check", "compare", "export", "load_scene", "open_run", "pull", "resume",
+    "steps", "sweep", "theory", "tie",
 ]  # fmt: skip
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 OVERRIDES = "overrides"
@@ -42,6 +43,24 @@ class InputError(KnotfemError):
         if expected is not None:
             message += f"; expected {expected}"
         super().__init__(message)
+
+
+class InUse(InputError):
+    """Another process is at work on a run or a study."""
+
+
+class SeveralErrors(InputError):
+    """All that is wrong with a file: a line for each error.
+
+    Attributes:
+        errors: at least one.
+    """
+
+    def __init__(self, errors: Sequence[InputError]) -> None:
+        self.errors = tuple(errors)
+        first = self.errors[0]
+        super().__init__(first.problem, file=first.file, key=first.key, found=first.found, expected=first.expected)
+        self.args = ("\n".join(str(error) for error in self.errors),)
 
 
 def cannot_read(path: str | Path, error: OSError) -> InputError:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import errno
 import json
 import os
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from knotfem.errors import InputError, cannot_read, cannot_write
+from knotfem.errors import InputError, InUse, cannot_read, cannot_write
 
 PART_SUFFIX = ".part"
 """Ends the names of files that are not whole yet."""
@@ -95,6 +95,37 @@ def append(path: Path, text: str) -> None:
             os.close(descriptor)
     except OSError as error:
         raise cannot_write(path, error) from error
+
+
+@contextmanager
+def held(lock: Path, busy: InUse) -> Iterator[None]:
+    """Hold a lock file for this process; ends with the process, however that ends.
+
+    A process that is killed leaves the file, but not the lock.
+
+    Args:
+        lock: the file.
+        busy: raised where another process holds it.
+
+    Raises:
+        InUse: `busy`.
+        InputError: the file cannot be written.
+    """
+    from filelock import FileLock, Timeout
+
+    file_lock = FileLock(lock, timeout=0)
+    try:
+        file_lock.acquire()
+    except Timeout:
+        raise busy from None
+    except OSError as error:
+        raise cannot_write(lock, error) from error
+    try:
+        yield
+    finally:
+        with suppress(OSError):  # Windows removes it on release
+            lock.unlink(missing_ok=True)
+        file_lock.release()
 
 
 def whole_lines(path: Path) -> list[str]:

@@ -99,7 +99,7 @@ def write_run(run: RunDirectory, scene: Scene, *, state: State = "done", reason:
 
 def write_series(folder: Path, overrides: tuple[str, ...], names: Sequence[str], *, failed: str = "") -> None:
     """Runs of refinement series of the overhand scene; one of them may have failed."""
-    jobs = make_jobs("overhand", overrides, folder, budget=None, processes=1, tell=lambda text: None)
+    jobs = make_jobs("overhand", overrides, folder, budget=None, tell=lambda text: None)
     series = make_series(jobs.scene_of(base_level()), names)
     for level in [base_level(), *(level for levels in series.values() for level in levels)]:
         state, reason = ("failed", "strands passed through each other") if level.name == failed else ("done", "")

@@ -10,8 +10,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
-from knotfem.errors import OVERRIDES, InputError, cannot_write
-from knotfem.files import PART_SUFFIX, read_json, write_atomically, write_json
+from knotfem.errors import OVERRIDES, InputError, InUse, cannot_write
+from knotfem.files import PART_SUFFIX, held, read_json, write_atomically, write_json
 from knotfem.run.checkpoint import CheckpointStore
 from knotfem.run.colours import COLOURS
 from knotfem.run.fingerprint import (
@@ -256,26 +256,12 @@ class RunDirectory:
         """Hold the run for this process; ends with the process, however that ends.
 
         Raises:
-            InputError: another process is computing the run.
+            InUse: another process is computing the run.
         """
-        from filelock import FileLock, Timeout
-
-        file = self._lock_file
-        lock = FileLock(file, timeout=0)
-        try:
-            lock.acquire()
-        except Timeout:
-            raise InputError("another process is computing this run", file=self.path) from None
-        except OSError as error:
-            raise cannot_write(file, error) from error
-        try:
+        with held(self._lock_file, InUse("another process is computing this run", file=self.path)):
             for part in self.path.rglob(f".*{PART_SUFFIX}"):
                 part.unlink(missing_ok=True)
             yield
-        finally:
-            with suppress(OSError):  # Windows removes it on release
-                file.unlink(missing_ok=True)
-            lock.release()
 
     @property
     def _lock_file(self) -> Path:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from contextlib import suppress
 from typing import Any, Protocol
@@ -45,6 +46,7 @@ def drive(
     *,
     additions: Additions | None = None,
     figures: Figures | None = None,
+    asked: threading.Event | None = None,
 ) -> None:
     """Bring a run to its goal, from its last checkpoint if there is one.
 
@@ -54,6 +56,7 @@ def drive(
         progress: told of each step.
         additions: of the user's own; those that the run was begun with.
         figures: draws them.
+        asked: set by another thread that asks to stop; signals reach a run in the main thread alone.
 
     Raises:
         KnotfemError: with the exit code of what ended the run.
@@ -68,7 +71,7 @@ def drive(
     if begun is not None and run.checkpoints.paths():
         require(begun, names, run.path, same=True)
     _tell_of_last_session(run, provenance, progress)
-    with StopRequest(run.scene.solver.time_limit) as stop:
+    with StopRequest(run.scene.solver.time_limit, asked) as stop:
         provenance.begin(threads=threads_of(run.scene), additions=names)
         driver = None
         try:

@@ -18,8 +18,6 @@ ITERATIONS_PER_STEP = 4.0
 """Of Newton's method at the least, where the step limit keeps time steps short."""
 ITERATIONS_PER_OTHER_STEP = 200.0
 """Of Newton's method, in a step of the scene that pulls nothing."""
-START_SECONDS = 8.0
-"""Until a process has loaded its kernels."""
 
 
 @dataclass(frozen=True)

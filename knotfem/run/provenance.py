@@ -32,6 +32,8 @@ LIBRARIES = (
     "pyvista",
     "vtk",
     "mkl",
+    "dask",
+    "distributed",
 )
 
 

@@ -1,4 +1,4 @@
-"""Ending a run in order: SIGTERM, a closed terminal, Ctrl-C and the time limit set a flag that the run polls."""
+"""Ending a run in order: signals, the time limit and other threads set a flag that the run polls."""
 
 from __future__ import annotations
 
@@ -18,16 +18,18 @@ class StopRequest:
     """While entered, takes SIGTERM, SIGHUP and Ctrl-C as a request to stop; a second Ctrl-C interrupts at once.
 
     A SIGHUP that is ignored, as after `nohup`, stays so.
-    Outside the main thread signals are left alone and only the time limit counts.
+    Outside the main thread signals are left alone; only the time limit and what another thread asks for count.
     """
 
-    def __init__(self, time_limit: float | None = None) -> None:
+    def __init__(self, time_limit: float | None = None, asked: threading.Event | None = None) -> None:
         """Set up.
 
         Args:
             time_limit: wall time after entering [s], or none.
+            asked: set by another thread that asks to stop, or none.
         """
         self._limit, self._deadline = time_limit, float("inf")
+        self._asked = asked or threading.Event()
         self._signal: int | None = None
         self._previous: dict[int, Any] = {}
 
@@ -47,13 +49,14 @@ class StopRequest:
     @property
     def due(self) -> bool:
         """Whether the run is to stop."""
-        return self._signal is not None or time.monotonic() >= self._deadline
+        return self._signal is not None or self._asked.is_set() or time.monotonic() >= self._deadline
 
     def error(self, kept: str = "a checkpoint is written, go on with knotfem resume") -> KnotfemError:
         """What to raise, once the checkpoint is written if there is to be one."""
         if self._signal == signal.SIGINT:
             return Interrupted(f"interrupted; {kept}")
-        reason = "the time limit is reached" if self._signal is None else "asked to stop"
+        asked = self._signal is not None or self._asked.is_set()
+        reason = "asked to stop" if asked else "the time limit is reached"
         return Stopped(f"{reason}; {kept}")
 
     def _note(self, number: int, frame: FrameType | None) -> None:

@@ -29,7 +29,7 @@ Overrides = Mapping[str, Any] | Sequence[str] | str
 """Changes of scene keys: {"contact.friction": 0.37}, or texts such as "contact.friction=0.37", or one of them."""
 
 
-def load_scene(source: str | Path | Scene, overrides: Overrides = ()) -> Scene:
+def load_scene(source: str | Path | Scene, overrides: Overrides = (), folder: Path = Path()) -> Scene:
     """Read and validate a scene.
 
     Args:
@@ -37,6 +37,7 @@ def load_scene(source: str | Path | Scene, overrides: Overrides = ()) -> Scene:
         overrides: values by `key.path`, entries of lists by index or name, such as {"rods.0.length": "500 mm",
             "steps.pull.speed": "2 mm/s"}, None removing a key; or texts `key.path=value` or a single one, the value
             being TOML, or text where it is not TOML, and the bare word none removing a key.
+        folder: where relative paths in overrides start; the working directory by default.
 
     Raises:
         InputError: no such scene, broken TOML, or the first key that is wrong.
@@ -45,11 +46,11 @@ def load_scene(source: str | Path | Scene, overrides: Overrides = ()) -> Scene:
         return source
     tables, path = _tables_of(source)
     _make_uniform(tables, path.parent, path)
-    changes = _changes(overrides)
+    changes = changes_of(overrides)
     for key, value in changes.items():
         _make_room(tables, key, value)
     places = {key: _override(tables, key, value) for key, value in changes.items()}
-    _make_uniform(tables, Path(), OVERRIDES)
+    _make_uniform(tables, folder, OVERRIDES)
     try:
         return Scene.model_validate(tables)
     except ValidationError as error:
@@ -69,8 +70,12 @@ def _tables_of(source: str | Path | Scene) -> tuple[dict[str, Any], Path]:
     return tables, path
 
 
-def _changes(overrides: Overrides) -> dict[str, Any]:
-    """Values by key; None removes one."""
+def changes_of(overrides: Overrides) -> dict[str, Any]:
+    """Values by key; None removes one.
+
+    Raises:
+        InputError: a text that is no override.
+    """
     if isinstance(overrides, Mapping):
         return {_spelt(key): deepcopy(value) for key, value in overrides.items()}
     changes = {}

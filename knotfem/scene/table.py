@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from os import PathLike
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, ValidationError, model_validator
@@ -72,6 +73,23 @@ def input_error(error: ValidationError, data: object) -> InputError:
     if others:
         problem += f" (wrong too: {', '.join(others)})"
     return InputError(problem, key=key or None, found=_found(first), expected=expected)
+
+
+def input_errors(error: ValidationError, data: object, *, file: str | PathLike[str] | None = None) -> list[InputError]:
+    """All problems that pydantic found, a message for each key.
+
+    Args:
+        error: what pydantic raised.
+        data: the tables that were validated.
+        file: that they are from.
+    """
+    found: dict[str, InputError] = {}
+    for detail in error.errors(include_url=False):
+        key, (problem, expected) = _key(detail, data), _explain(detail)
+        place = None if file is None else str(file)
+        said = InputError(problem, file=place, key=key or None, found=_found(detail), expected=expected)
+        found.setdefault(key, said)
+    return list(found.values())
 
 
 def _explain(detail: ErrorDetails) -> tuple[str, str | None]:

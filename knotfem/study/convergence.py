@@ -15,13 +15,14 @@ from knotfem.scene.load import load_scene
 from knotfem.scene.model import Scene
 from knotfem.study.choose import Option, combine
 from knotfem.study.closed_forms import closed_form
+from knotfem.study.engine.outcomes import FAILURES
+from knotfem.study.engine.places import Local, Place
 from knotfem.study.extrapolation import Limit, pareto_front
-from knotfem.study.jobs import FAILURES, Jobs
+from knotfem.study.jobs import Jobs
 from knotfem.study.measured import Measured, measure
 from knotfem.study.quantities import main_quantity
 from knotfem.study.references import MESH, Reference, mesh_limit, references, series_limits
 from knotfem.study.refinement import BASE, SERIES, SIZED, Level, base_level, make_series, refines
-from knotfem.threads import usable_threads
 
 TARGETS = (0.05, 0.02, 0.01)
 """Accuracies for which settings are recommended and combinations chosen."""
@@ -126,7 +127,7 @@ def run_convergence(
     *,
     budget: float | None,
     names: Sequence[str] = (),
-    processes: int | None = None,
+    place: Place | None = None,
     tell: Callable[[str], None],
 ) -> ConvergenceStudy:
     """Run a scene's series and evaluate them.
@@ -137,13 +138,13 @@ def run_convergence(
         folder: where the runs are or go.
         budget: wall seconds, or none.
         names: of the series, all by default.
-        processes: at a time; as many as there are processors by default.
+        place: where runs are computed; one a processor of this machine by default.
         tell: told what starts and ends.
 
     Raises:
         KnotfemError: the scene itself did not run to its end, or a level cannot be.
     """
-    jobs = make_jobs(source, overrides, folder, budget=budget, processes=processes, tell=tell)
+    jobs = make_jobs(source, overrides, folder, budget=budget, place=place, tell=tell)
     base = base_level()
     series = make_series(jobs.scene_of(base), names)
     jobs.run([base, *(level for levels in series.values() for level in levels)])
@@ -162,20 +163,18 @@ def make_jobs(
     folder: Path,
     *,
     budget: float | None,
-    processes: int | None,
+    place: Place | None = None,
     tell: Callable[[str], None],
 ) -> Jobs:
     """Runs of a scene in a folder; see `run_convergence`."""
-    processors = usable_threads()
-    processes = processes or processors
-    threads = max(1, processors // processes)
+    where = place or Local()
 
     @cache
     def scene_of(level: Level) -> Scene:
-        return load_scene(source, [*QUIET_OUTPUT, f"solver.threads={threads}", *overrides, *level.overrides])
+        return load_scene(source, [*QUIET_OUTPUT, f"solver.threads={where.threads}", *overrides, *level.overrides])
 
     deadline = time.monotonic() + budget if budget is not None else float("inf")
-    return Jobs(folder, scene_of, processes, threads, deadline, tell)
+    return Jobs(folder, scene_of, where, deadline, tell)
 
 
 def require_base(jobs: Jobs) -> None:

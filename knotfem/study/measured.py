@@ -9,7 +9,8 @@ import numpy as np
 from knotfem.results.data import open_run
 from knotfem.results.run import Run
 from knotfem.scene.model import Scene
-from knotfem.study.jobs import Jobs, Outcome
+from knotfem.study.engine.outcomes import Outcome
+from knotfem.study.jobs import Jobs
 from knotfem.study.quantities import Quantities, read_quantities
 from knotfem.study.refinement import Level
 

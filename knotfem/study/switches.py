@@ -13,6 +13,7 @@ from knotfem.errors import InputError
 from knotfem.models.effects import DAMPING, EFFECTS, VISCOUS_DRAG
 from knotfem.scene.model import Scene
 from knotfem.study.convergence import make_jobs, require_base
+from knotfem.study.engine.places import Place
 from knotfem.study.measured import Measured, measure
 from knotfem.study.quantities import LABELS, scale_of
 from knotfem.study.references import Reference
@@ -114,7 +115,7 @@ def run_effects(
     folder: Path,
     *,
     budget: float | None,
-    processes: int | None = None,
+    place: Place | None = None,
     tell: Callable[[str], None],
 ) -> EffectsStudy:
     """Run a scene as it is and without each of its effects; see `convergence.run_convergence`.
@@ -123,7 +124,7 @@ def run_effects(
         InputError: it has none.
         KnotfemError: the scene itself did not run to its end.
     """
-    jobs = make_jobs(source, overrides, folder, budget=budget, processes=processes, tell=tell)
+    jobs = make_jobs(source, overrides, folder, budget=budget, place=place, tell=tell)
     base = base_level()
     scene = jobs.scene_of(base)
     levels = {

@@ -103,7 +103,7 @@ def test_store_without_a_bound_is_refused_after_the_table(tmp_path):
 
 def test_effects_as_json(tmp_path):
     bare = ["rods.0.core=none", "drag=none", "contact.friction=0", "gravity=none", "inertia.scheme=quasi-static"]
-    jobs = make_jobs("overhand", bare, tmp_path / "out", budget=None, processes=1, tell=lambda text: None)
+    jobs = make_jobs("overhand", bare, tmp_path / "out", budget=None, tell=lambda text: None)
     without = Level("without-contact", "effects", "", None, ("contact.enabled=false",))
     for level in (base_level(), without):
         write_run(jobs.run_of(level), jobs.scene_of(level))

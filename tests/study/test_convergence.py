@@ -15,6 +15,7 @@ from knotfem.scene import load_scene
 from knotfem.study import files, records, tables
 from knotfem.study import jobs as module
 from knotfem.study.convergence import chosen, run_convergence
+from knotfem.study.engine.outcomes import Outcome
 from knotfem.study.refinement import SIZED, Level
 
 SINGLE = ("slice", "section", "step", "penalty", "ramp", "tolerance", "sampling", "stick", "rate", "settling")
@@ -31,7 +32,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def study(folder):
-    return run_convergence("overhand", [PULL], folder, budget=None, names=NAMES, processes=1, tell=lambda text: None)
+    return run_convergence("overhand", [PULL], folder, budget=None, names=NAMES, tell=lambda text: None)
 
 
 def test_orders_are_those_of_the_law(study):
@@ -149,9 +150,7 @@ def test_files(study, folder, tmp_path):
 
 
 def test_series_without_sizes_give_no_reference(folder, tmp_path):
-    study = run_convergence(
-        "overhand", [PULL], folder, budget=None, names=["element"], processes=1, tell=lambda text: None
-    )
+    study = run_convergence("overhand", [PULL], folder, budget=None, names=["element"], tell=lambda text: None)
     assert study.cheapest(0.5) is None
     assert study.front == []
     assert tables.recommendations(study)[0] == "nothing is recommended: no refinement series gives a reference"
@@ -163,9 +162,7 @@ def test_series_without_sizes_give_no_reference(folder, tmp_path):
 
 def test_reference_that_lacks_series_recommends_nothing(study, folder, tmp_path):
     files.write_study(study, tmp_path)
-    part = run_convergence(
-        "overhand", [PULL], folder, budget=None, names=["slice"], processes=1, tell=lambda text: None
-    )
+    part = run_convergence("overhand", [PULL], folder, budget=None, names=["slice"], tell=lambda text: None)
     assert (part.cheapest(0.5), part.front) == (None, [])
     (line, *_) = tables.recommendations(part)
     assert line == (
@@ -176,7 +173,7 @@ def test_reference_that_lacks_series_recommends_nothing(study, folder, tmp_path)
         records.record_of(part)
     files.write_study(part, tmp_path)
     assert not (tmp_path / "recommendation.json").exists()
-    whole = run_convergence("overhand", [PULL], folder, budget=None, names=SINGLE, processes=1, tell=lambda text: None)
+    whole = run_convergence("overhand", [PULL], folder, budget=None, names=SINGLE, tell=lambda text: None)
     assert records.record_of(whole).reference == f"limits of {', '.join(l for l in SIZED if l in SINGLE)} added up"
 
 
@@ -196,14 +193,15 @@ def test_table_names_front_orders_and_sources(study):
 def test_combination_follows_from_the_series_and_is_run(folder, monkeypatch):
     taken: list[Level] = []
 
-    def start(self, level):
-        taken.append(level)
-        write_run(self.run_of(level), self.scene_of(level))
-        return module.subprocess.Popen(["true"])
+    def work(self, engine, waiting):
+        for level in waiting:
+            taken.append(level)
+            write_run(self.run_of(level), self.scene_of(level))
+            self.outcomes[level.name] = Outcome("done")
 
-    monkeypatch.setattr(module.Jobs, "_start", start)
+    monkeypatch.setattr(module.Jobs, "work", work)
     names = ["slice", "section", "step", "chosen"]
-    study = run_convergence("overhand", [PULL], folder, budget=None, names=names, processes=1, tell=lambda text: None)
+    study = run_convergence("overhand", [PULL], folder, budget=None, names=names, tell=lambda text: None)
     assert taken
     assert {entry.level.series for entry in study.measured} >= {"chosen"}
     for level in taken:
@@ -227,7 +225,7 @@ def test_scene_that_fails_has_no_table(tmp_path):
         reason="lost",
     )
     with pytest.raises(NotConverged, match="the scene itself fails: lost"):
-        run_convergence("overhand", [PULL], tmp_path, budget=None, names=["slice"], processes=1, tell=lambda text: None)
+        run_convergence("overhand", [PULL], tmp_path, budget=None, names=["slice"], tell=lambda text: None)
 
 
 @pytest.mark.parametrize("kind", [InputError, NotConverged, KnotLost])
@@ -236,9 +234,9 @@ def test_failure_of_the_scene_itself_keeps_its_exit_code(tmp_path, kind):
     write_run(run, load_scene("overhand", ["output.fields=false", PULL]), state="failed")
     run.write_status("failed", reason="lost", exit_code=kind.exit_code)
     with pytest.raises(kind, match="the scene itself fails: lost"):
-        run_convergence("overhand", [PULL], tmp_path, budget=None, names=["slice"], processes=1, tell=lambda text: None)
+        run_convergence("overhand", [PULL], tmp_path, budget=None, names=["slice"], tell=lambda text: None)
 
 
 def test_folder_of_another_window_is_refused(folder):
     with pytest.raises(InputError, match="another scene"):
-        run_convergence("overhand", [], folder, budget=None, names=["slice"], processes=1, tell=lambda text: None)
+        run_convergence("overhand", [], folder, budget=None, names=["slice"], tell=lambda text: None)

@@ -1,34 +1,22 @@
-"""Runs in processes, in order, within a budget; what is done is kept. The processes are stand-ins."""
+"""Runs of refinement levels: order, budget, what is kept and what is tried again; the engine is a stand-in."""
 
-import sys
+import time
 from pathlib import Path
 from typing import Any
 
 import pytest
 from manufactured import write_run
+from stand_in import StandIn
 
-from knotfem.errors import InputError, Stopped
-from knotfem.run.stop import StopRequest
+from knotfem.errors import InputError
 from knotfem.scene import load_scene
 from knotfem.study import jobs as module
-from knotfem.study.jobs import Jobs, Outcome
+from knotfem.study.engine.engine import Job
+from knotfem.study.engine.outcomes import CRASHED, Outcome
+from knotfem.study.engine.places import Local
+from knotfem.study.jobs import Jobs
 from knotfem.study.refinement import Level, base_level
 
-STAND_IN = """
-import json, os, pathlib, sys, time
-run = pathlib.Path(sys.argv[1])
-with open(run.parents[1] / "order", "a") as order:
-    order.write(run.name + "\\n")
-plan = json.loads((run.parents[1] / "plan.json").read_text()).get(run.name, {})
-(run / "seen.json").write_text(json.dumps({"limit": sys.argv[2:], "threads": os.environ["NUMBA_NUM_THREADS"]}))
-time.sleep(plan.get("sleep", 0.0))
-if "state" in plan:
-    status = {"state": plan["state"], "reason": plan.get("reason", ""), "exit_code": plan.get("code", 0)}
-    (run / "status.json").write_text(json.dumps(status))
-if plan.get("code", 0) < 0:
-    os.kill(os.getpid(), -plan["code"])
-sys.exit(plan.get("code", 0))
-"""
 FINE = Level("fine", "slice", "1 mm", 0.5, ("rods.0.mesh.element_length=1 mm",))
 COARSE = Level("coarse", "slice", "4 mm", 2.0, ("rods.0.mesh.element_length=4 mm",))
 
@@ -47,134 +35,120 @@ class Listened(Jobs):
 
 @pytest.fixture
 def make(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """Jobs whose processes do as they are told."""
-    script = tmp_path / "stand_in.py"
-    script.write_text(STAND_IN)
-    monkeypatch.setattr(module, "WORKER", (sys.executable, str(script)))
-    monkeypatch.setattr(module, "POLL", 0.01)
+    """Jobs on an engine whose runs do as they are told; the engine that they used last is its attribute."""
 
-    def build(plan: str = "{}", **settings) -> Listened:
-        (tmp_path / "plan.json").write_text(plan)
-        return Listened(tmp_path, scene_of, **{"processes": 1, "threads": 1, **settings})
+    def build(plan: dict[str, dict[str, Any]] | None = None, workers: int = 1, **settings: Any) -> Listened:
+        engines: list[StandIn] = []
+
+        def act(job: Job) -> Outcome:
+            told = (plan or {}).get(job.name, {"state": "done"})
+            return Outcome(told["state"], told.get("reason", ""), told.get("code", 0))
+
+        def engine(*arguments: Any, **others: Any) -> StandIn:
+            engines.append(StandIn(act, workers))
+            return engines[-1]
+
+        monkeypatch.setattr(module, "Engine", engine)
+        jobs = Listened(tmp_path, scene_of, Local(workers), **settings)
+        jobs.engines = engines  # pyright: ignore[reportAttributeAccessIssue]
+        return jobs
 
     return build
 
 
-def order(folder: Path) -> list[str]:
-    path = folder / "order"
-    return path.read_text().split() if path.exists() else []
+def order(jobs: Any) -> list[str]:
+    return [name for engine in jobs.engines for name in engine.order]
 
 
 def test_scene_first_then_by_expected_cost(make, tmp_path):
     jobs = make()
     jobs.run([FINE, base_level(), COARSE])
-    assert order(tmp_path) == ["base", "coarse", "fine"]
+    assert order(jobs) == ["base", "coarse", "fine"]
     assert {name: outcome.state for name, outcome in jobs.outcomes.items()} == dict.fromkeys(
         ("base", "coarse", "fine"), "done"
     )
     assert load_scene(tmp_path / "runs" / "fine" / "scene.toml") == scene_of(FINE)
-    assert (tmp_path / "runs" / "fine" / "seen.json").read_text() == '{"limit": [], "threads": "1"}'
+    assert jobs.engines[0].jobs["fine"].time_limit is None
 
 
-def test_budget_leaves_out_what_does_not_fit_and_says_so(make, tmp_path, monkeypatch):
-    monkeypatch.setattr(module, "process_seconds", lambda scene: 1e3 if scene == scene_of(FINE) else 1.0)
-    monkeypatch.setattr(module, "START_SECONDS", 1.0)
-    jobs = make(deadline=module.time.monotonic() + 60.0)
+def test_budget_leaves_out_what_does_not_fit_and_says_so(make, monkeypatch):
+    monkeypatch.setattr(module, "run_seconds", lambda scene: 1e3 if scene == scene_of(FINE) else 1.0)
+    jobs = make(deadline=time.monotonic() + 60.0)
     jobs.run([FINE, base_level(), COARSE])
-    assert order(tmp_path) == ["base", "coarse"]
+    assert order(jobs) == ["base", "coarse"]
     assert jobs.outcomes["fine"].state == "left out"
     assert "16.7 min" in jobs.outcomes["fine"].reason
     assert any(text.startswith("fine: left out") for text in jobs.told)
-    limit = (tmp_path / "runs" / "base" / "seen.json").read_text()
-    assert 50.0 < float(limit.split('"')[3]) <= 60.0
+    assert 50.0 < jobs.engines[0].jobs["base"].time_limit <= 60.0
 
 
 def test_pace_of_what_is_done_corrects_what_is_expected(make, monkeypatch):
-    monkeypatch.setattr(module, "process_seconds", lambda scene: 10.0)
+    monkeypatch.setattr(module, "run_seconds", lambda scene: 10.0)
+    monkeypatch.setattr(module, "OUTPUT_SECONDS", 30.0)
     jobs = make()
     assert jobs.expected(FINE) == 10.0
-    monkeypatch.setattr(module, "START_SECONDS", 30.0)
     jobs.run([base_level()])
     assert jobs.expected(FINE) == pytest.approx(30.0)
 
 
-def test_failure_is_an_outcome(make):
-    plan = '{"coarse": {"code": 5, "state": "failed", "reason": "strands passed"}, "fine": {"code": -9}}'
-    jobs = make(plan)
+def test_a_level_is_begun_only_when_a_worker_is_free(make):
+    jobs = make(workers=2)
+    jobs.run([base_level(), COARSE, FINE])
+    assert jobs.engines[0].most == 2
+    assert [state for state in (outcome.state for outcome in jobs.outcomes.values())] == ["done"] * 3
+
+
+def test_failure_is_an_outcome_and_a_crash_is_none(make):
+    lost = {"state": "failed", "reason": "strands passed", "code": 5}
+    crashed = {"state": "failed", "reason": "crashed: MemoryError()", "code": CRASHED}
+    jobs = make({"coarse": lost, "fine": crashed})
     jobs.run([base_level(), COARSE, FINE])
     assert jobs.outcomes["coarse"] == Outcome("failed", "strands passed", 5)
-    assert jobs.outcomes["fine"].exit_code == -9
-    assert jobs.outcomes["fine"].state == "failed"
-    assert "worker.log" in jobs.outcomes["fine"].reason
+    assert jobs.outcomes["fine"] == Outcome("failed", "crashed: MemoryError()", CRASHED)
     again = make()
     again.run([COARSE, FINE])
+    assert order(again) == ["fine"]
     assert again.outcomes["coarse"].state == "failed", "a failure is a result"
     assert again.outcomes["fine"].state == "done", "a crash is none"
 
 
-def test_crash_with_a_reason_is_tried_again(make):
-    first = make('{"coarse": {"code": 1, "state": "failed", "reason": "MemoryError()"}}')
-    first.run([base_level(), COARSE])
-    assert "the process ended with 1, see" in first.outcomes["coarse"].reason
-    again = make()
-    again.run([COARSE])
-    assert again.outcomes["coarse"].state == "done"
-
-
-def test_process_ended_before_it_began_goes_on(make, tmp_path):
-    first = make('{"coarse": {"code": -15}}')
-    first.run([base_level(), COARSE])
-    assert first.outcomes["coarse"].state == "stopped"
-    again = make()
-    again.run([base_level(), COARSE])
-    assert order(tmp_path) == ["base", "coarse", "base", "coarse"]
-
-
-def test_level_that_is_no_scene_has_failed(make, tmp_path):
+def test_level_that_is_no_scene_has_failed(make):
     wrong = Level("wrong", "slice", "", 3.0, ("rods.0.mesh.element_length=400 mm",))
     jobs = make()
     jobs.run([wrong, base_level()])
-    assert order(tmp_path) == ["base"]
+    assert order(jobs) == ["base"]
     assert "too long for the rod" in jobs.outcomes["wrong"].reason
     with pytest.raises(InputError):
         make().run([Level("base", "base", "", 1.0, wrong.overrides)])
 
 
-def test_levels_wait_for_memory(make, monkeypatch):
-    most = {"at once": 0}
-    jobs = make('{"coarse": {"sleep": 0.3}, "fine": {"sleep": 0.3}, "base": {"sleep": 0.3}}', processes=3)
-    popen = module.subprocess.Popen
-    started: list = []
-
-    def watched(*args, **kwargs):
-        started.append(popen(*args, **kwargs))
-        most["at once"] = max(most["at once"], sum(process.poll() is None for process in started))
-        return started[-1]
-
-    monkeypatch.setattr(module.subprocess, "Popen", watched)
-    monkeypatch.setattr(module, "expected_memory_mb", lambda scene: 1e12)
-    jobs.run([base_level(), COARSE, FINE])
-    assert len(started) == 3
-    assert most["at once"] == 1
+def test_runs_say_how_much_memory_they_take(make, monkeypatch):
+    monkeypatch.setattr(module, "expected_memory_mb", lambda scene: 512.0)
+    jobs = make()
+    jobs.run([base_level()])
+    assert jobs.engines[0].jobs["base"].memory_mb == 512.0
 
 
-def test_nothing_is_started_once_the_scene_itself_fails(make, tmp_path):
-    jobs = make('{"base": {"code": 4, "state": "failed"}}')
+def test_nothing_is_started_once_the_scene_itself_fails(make):
+    jobs = make({"base": {"state": "failed", "code": 4}})
     jobs.run([base_level(), COARSE])
-    assert order(tmp_path) == ["base"]
+    assert order(jobs) == ["base"]
     assert jobs.outcomes["coarse"] == Outcome("left out", "the scene itself fails")
 
 
-def test_what_is_done_is_kept_and_the_rest_goes_on(make, tmp_path):
-    first = make('{"coarse": {"code": 75, "state": "stopped"}}')
+def test_what_is_done_is_kept_and_the_rest_goes_on(make):
+    first = make({"coarse": {"state": "stopped"}})
     write_run(first.run_of(base_level()), scene_of(base_level()))
     first.run([base_level(), COARSE])
-    assert order(tmp_path) == ["coarse"]
+    assert order(first) == ["coarse"]
     assert first.outcomes["coarse"].state == "stopped"
     again = make()
     again.run([base_level(), COARSE])
-    assert order(tmp_path) == ["coarse", "coarse"]
+    assert order(again) == ["coarse"]
     assert again.outcomes["coarse"].state == "done"
+    known = make()
+    known.run([base_level(), COARSE])
+    assert known.engines == [], "no engine is started for what is known"
 
 
 def test_run_of_another_scene_is_not_taken(make):
@@ -185,13 +159,3 @@ def test_run_of_another_scene_is_not_taken(make):
     threads = load_scene("overhand", [*FINE.overrides, "solver.threads=2"])
     write_run(jobs.run_of(FINE), threads)
     jobs.run([FINE])
-
-
-def test_asked_to_stop_ends_the_processes(make, tmp_path, monkeypatch):
-    jobs = make('{"base": {"sleep": 60}, "coarse": {"sleep": 60}}', processes=2)
-    monkeypatch.setattr(StopRequest, "due", property(lambda self: len(order(tmp_path)) == 2))
-    began = module.time.monotonic()
-    with pytest.raises(Stopped, match="the same command goes on"):
-        jobs.run([base_level(), COARSE])
-    assert module.time.monotonic() - began < 30.0
-    assert sorted(order(tmp_path)) == ["base", "coarse"]

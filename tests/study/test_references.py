@@ -5,8 +5,8 @@ import pytest
 
 from knotfem.scene import load_scene
 from knotfem.study.closed_forms import ClosedForm
+from knotfem.study.engine.outcomes import Outcome, State
 from knotfem.study.extrapolation import Limit
-from knotfem.study.jobs import Outcome, State
 from knotfem.study.measured import Measured
 from knotfem.study.references import falling, mesh_limit, references, series_limits
 from knotfem.study.refinement import Level

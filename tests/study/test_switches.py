@@ -41,7 +41,7 @@ def test_switched_off_is_absent_and_the_rest_stays(scene, overrides):
 
 
 def test_costs_and_changes(tmp_path):
-    jobs = make_jobs("overhand", (), tmp_path, budget=None, processes=1, tell=lambda text: None)
+    jobs = make_jobs("overhand", (), tmp_path, budget=None, tell=lambda text: None)
     base = jobs.scene_of(base_level())
     write_run(jobs.run_of(base_level()), base)
     for name in effects_of(base):
@@ -52,7 +52,7 @@ def test_costs_and_changes(tmp_path):
             state="failed" if name == "contact" else "done",
             reason="lost",
         )
-    study = run_effects("overhand", (), tmp_path, budget=None, processes=1, tell=lambda text: None)
+    study = run_effects("overhand", (), tmp_path, budget=None, tell=lambda text: None)
     assert set(study.without) == {"core", "contact", "friction"}
     assert study.fraction("contact") == pytest.approx(0.15)
     assert study.saved("core") == pytest.approx(0.0)

@@ -1,0 +1,81 @@
+"""`knotfem sweep`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+from knotfem_cli.common import Verb, engine_options, facts, model_option, output_option, shared_options, with_model
+
+
+@click.command(cls=Verb)
+@click.argument("study", metavar="STUDY.toml", type=click.Path(path_type=Path))
+@output_option
+@engine_options
+@click.option("--dry-run", is_flag=True, help="Say how many runs, hours and how much memory; run nothing.")
+@model_option
+@shared_options
+def sweep(
+    study: Path,
+    output: Path | None,
+    processes: int | None,
+    scheduler: str | None,
+    cluster: Path | None,
+    dry_run: bool,
+    model: str | None,
+    overrides: tuple[str, ...],
+    quiet: bool,
+    log_format: str,
+) -> None:
+    """Run a scene at every combination of axes and collect the results in one table.
+
+    STUDY.toml names the scene, the axes, what is set for all points and what is collected. Writes study.csv and a run
+    directory for each point into the folder, studies/NAME by default, and prints the folder. The same command goes on
+    with a study that was stopped or killed; so does the folder in place of the file. A point that fails is a result.
+
+    \b
+    Example:
+      knotfem sweep friction.toml -o friction
+      knotfem sweep friction.toml --dry-run
+      knotfem sweep friction.toml --scheduler tcp://node1:8786
+      knotfem sweep friction.toml --cluster slurm.toml
+      knotfem sweep friction
+    """
+    from knotfem.study.engine.places import place_of
+    from knotfem.study.progress import study_progress
+    from knotfem.study.sweep import run
+
+    chosen = with_model(overrides, model)
+    if dry_run:
+        found = run.estimate(study, chosen, out=output, place=place_of(processes, scheduler, cluster))
+        if log_format == "json":
+            click.echo(json.dumps(found))
+        elif not quiet:
+            script = found.pop("job_script", None)
+            click.echo(facts(found))
+            if script is not None:
+                click.echo(f"\n{script}", nl=False)
+        return
+    table = run.sweep(
+        study,
+        chosen,
+        out=output,
+        jobs=processes,
+        scheduler=scheduler,
+        cluster=cluster,
+        progress=study_progress(quiet=quiet, log_format=log_format),
+    )
+    if log_format == "json":
+        columns = {name: values.tolist() for name, values in table.columns.items()}
+        click.echo(json_text({"folder": str(table.path), "points": columns}))
+    else:
+        click.echo(table.path)
+
+
+def json_text(found: dict) -> str:
+    """One line of JSON; NaN becomes null."""
+    from knotfem.files import json_line
+
+    return json_line(found).rstrip()

@@ -1,0 +1,102 @@
+"""What a study will run: a scene for each point, and what is known of it already."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from knotfem.errors import OVERRIDES, InputError, SeveralErrors
+from knotfem.run.directory import RunDirectory
+from knotfem.run.expected import expected_memory_mb, expected_seconds
+from knotfem.scene.load import load_scene
+from knotfem.scene.model import Scene
+from knotfem.shipped import scene_names
+from knotfem.study.engine.outcomes import Outcome, known_outcome
+from knotfem.study.sweep.axes import Point, points_of
+from knotfem.study.sweep.study_file import Study
+from knotfem.study.sweep.table import RUNS
+
+STUDY_ERRORS = ("unknown key", "no such entry", "there is no table here", "no such file", "no shipped scene")
+"""Problems that are of the study itself, not of a point."""
+DEFAULTS = {"solver.threads": 1}
+"""Set for all points unless the study says otherwise: results must not depend on where a run is computed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Planned:
+    """A point, ready to run.
+
+    Attributes:
+        point: of the study.
+        run: its directory, there or not.
+        scene: None where its values make no valid scene.
+        outcome: where there is one already.
+        seconds: expected wall time, right within a factor of three.
+        memory_mb: expected.
+    """
+
+    point: Point
+    run: RunDirectory
+    scene: Scene | None
+    outcome: Outcome | None
+    seconds: float = 0.0
+    memory_mb: float = 0.0
+
+
+def plan(study: Study, folder: Path, file: str | Path | None = None) -> list[Planned]:
+    """All points of a study, with what its folder knows of them.
+
+    Args:
+        study: what is asked for.
+        folder: of its results.
+        file: that it was read from, for messages.
+
+    Raises:
+        InputError: keys that no scene has, or no point that is a valid scene; all problems at once. Or the folder
+            holds runs of other scenes.
+    """
+    planned = [_planned(study, point, folder) for point in points_of(study)]
+    refused = [entry for entry in planned if isinstance(entry, tuple)]
+    fatal = [error for _, error in refused if error.problem.startswith(STUDY_ERRORS)]
+    if fatal or len(refused) == len(planned):
+        found = fatal or [error for _, error in refused]
+        raise SeveralErrors(list({str(error): error for error in (_placed(error, file) for error in found)}.values()))
+    return [entry if isinstance(entry, Planned) else _refused(*entry, folder) for entry in planned]
+
+
+def _placed(error: InputError, file: str | Path | None) -> InputError:
+    """The error of a scene's key, at the file of the study."""
+    if error.file != OVERRIDES:
+        return error
+    return InputError(error.problem, file=file, key=error.key, found=error.found, expected=error.expected)
+
+
+def scene_of(study: Study, values: Mapping[str, Any]) -> Scene:
+    """The scene of a point.
+
+    Raises:
+        InputError: the values make no valid scene.
+    """
+    wanted = {**DEFAULTS, **study.set, **values}
+    source = str(wanted.pop("scene", study.scene))
+    if source not in scene_names() and (study.base / source).exists():
+        source = str(study.base / source)
+    changes = {key: None if value == "none" else value for key, value in wanted.items()}
+    return load_scene(source, changes, study.base)
+
+
+def _planned(study: Study, point: Point, folder: Path) -> Planned | tuple[Point, InputError]:
+    try:
+        scene = scene_of(study, point.values)
+        seconds, memory = expected_seconds(scene), expected_memory_mb(scene)
+    except InputError as error:
+        return point, error
+    run = RunDirectory(folder / RUNS / point.name)
+    return Planned(point, run, scene, known_outcome(run, scene), seconds, memory)
+
+
+def _refused(point: Point, error: InputError, folder: Path) -> Planned:
+    outcome = Outcome("failed", str(_placed(error, None)), error.exit_code)
+    return Planned(point, RunDirectory(folder / RUNS / point.name), None, outcome)
