@@ -13,6 +13,7 @@ import click
 from knotfem.errors import OVERRIDES, InputError, KnotfemError, SeveralErrors
 
 if TYPE_CHECKING:
+    from knotfem.results.moment import Moment
     from knotfem.results.run import Run
     from knotfem.run.progress import Progress
 
@@ -42,7 +43,10 @@ from_option = click.option(
     "--from", "from_run", metavar="RUN", help="A 3D run of the same rods from whose tied knot the rod model sets out."
 )
 last_option = click.option("--last", is_flag=True, help="With --from: from the last state that this run has reached.")
-at_option = click.option("--at", metavar="LENGTH", help='A stored displacement, such as "60 mm"; the last by default.')
+at_option = click.option(
+    "--at", metavar="LENGTH", help='A stored displacement over all steps, such as "60 mm"; the last by default.'
+)
+step_option = click.option("--step", metavar="NAME", help="A stored state of this step of the scene.")
 
 
 def shared_options(command: F) -> F:
@@ -100,7 +104,7 @@ def _in_options(error: KnotfemError) -> str:
     if not isinstance(error, InputError):
         return str(error)
     file = "--set" if error.file == OVERRIDES else error.file
-    key = "--at" if error.key == "at" else error.key
+    key = f"--{error.key}" if error.key in ("at", "step") else error.key
     return str(InputError(error.problem, file=file, key=key, found=error.found, expected=error.expected))
 
 
@@ -123,10 +127,21 @@ def displacement(at: str | None, option: str = "--at") -> float | None:
     return parse_quantity(at, LENGTH, option)
 
 
-def say_nearest(wanted: float | None, found: float) -> None:
-    """Say at which displacement the nearest stored state is [mm], where it is another than the wanted one."""
-    if wanted is not None and not math.isclose(found, wanted, rel_tol=1e-6, abs_tol=1e-6):
-        click.echo(f"the nearest stored state, at {found:g} mm", err=True)
+def say_state(wanted: float | None, found: Moment) -> None:
+    """Say which stored state was taken, and that it is the nearest where another displacement [mm] was asked for."""
+    other = wanted is not None and not math.isclose(found.displacement, wanted, rel_tol=1e-6, abs_tol=1e-6)
+    click.echo(f"{'the nearest stored state' if other else 'state'}: {found}", err=True)
+
+
+def moment_json(found: Moment) -> dict[str, Any]:
+    """The stored state that was taken, for JSON."""
+    named = {
+        "step": found.step,
+        "displacement_mm": found.displacement,
+        "step_displacement_mm": found.step_displacement,
+        "time_s": found.time,
+    }
+    return {key: value for key, value in named.items() if not isinstance(value, float) or math.isfinite(value)}
 
 
 def progress_of(quiet: bool, log_format: str) -> Progress:

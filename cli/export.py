@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from pathlib import Path
 
 import click
@@ -14,9 +13,11 @@ from knotfem_cli.common import (
     at_option,
     displacement,
     model_option,
+    moment_json,
     run_argument,
-    say_nearest,
+    say_state,
     shared_options,
+    step_option,
     with_model,
 )
 
@@ -27,6 +28,7 @@ from knotfem_cli.common import (
     "-o", "--output", type=click.Path(path_type=Path), required=True, help="Where to write: .inp, .msh, .vtu or .xdmf."
 )
 @at_option
+@step_option
 @click.option("--reference", is_flag=True, help="The straight rods instead of the deformed ones.")
 @model_option
 @shared_options
@@ -34,6 +36,7 @@ def export(
     run: Path,
     output: Path,
     at: str | None,
+    step: str | None,
     reference: bool,
     model: str | None,
     overrides: tuple[str, ...],
@@ -50,12 +53,9 @@ def export(
       knotfem export runs/cantilever-1 --reference -o rod.inp
     """
     opened, millimetres = kf.open_run(run, with_model(overrides, model)), displacement(at)
-    state = kf.export(opened, output, millimetres, reference=reference)
+    state = kf.export(opened, output, millimetres, step=step, reference=reference)
     if log_format == "json":
-        found = {"file": str(output), "time_s": state.time}
-        if math.isfinite(state.displacement):
-            found["displacement_mm"] = state.displacement
-        click.echo(json.dumps(found))
+        click.echo(json.dumps({"file": str(output), **moment_json(state.moment)}))
     elif not quiet:
-        say_nearest(millimetres, state.displacement)
+        say_state(millimetres, state.moment)
         click.echo(output)

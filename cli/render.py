@@ -14,9 +14,12 @@ from knotfem_cli.common import (
     at_option,
     displacement,
     model_option,
+    moment_json,
     output_option,
     run_argument,
+    say_state,
     shared_options,
+    step_option,
     with_model,
 )
 
@@ -25,6 +28,7 @@ from knotfem_cli.common import (
 @run_argument
 @output_option
 @at_option
+@step_option
 @click.option(
     "--colour",
     type=click.Choice(list(COLOURS)),
@@ -38,6 +42,7 @@ def render(
     run: Path,
     output: Path | None,
     at: str | None,
+    step: str | None,
     colour: str,
     model: str | None,
     overrides: tuple[str, ...],
@@ -49,11 +54,15 @@ def render(
     \b
     Example:
       knotfem render runs/bowline-1 -o knot.png --colour tension
+      knotfem render runs/bowline-1 --at "60 mm"
+      knotfem render runs/bowline-1 --step relax
     """
     drawn, millimetres = kf.open_run(run, with_model(overrides, model)), displacement(at)
     out = output or run / f"knot-{colour}.png"
-    drawn.state(millimetres).render(out, colour)
+    state = drawn.state(millimetres, step)
+    state.render(out, colour)
     if log_format == "json":
-        click.echo(json.dumps({"picture": str(out)}))
+        click.echo(json.dumps({"picture": str(out), "state": moment_json(state.moment)}))
     elif not quiet:
+        say_state(millimetres, state.moment)
         click.echo(out)

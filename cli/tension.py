@@ -15,8 +15,9 @@ from knotfem_cli.common import (
     model_option,
     output_option,
     run_argument,
-    say_nearest,
+    say_state,
     shared_options,
+    step_option,
     with_model,
 )
 
@@ -25,12 +26,14 @@ from knotfem_cli.common import (
 @run_argument
 @output_option
 @at_option
+@step_option
 @model_option
 @shared_options
 def tension(
     run: Path,
     output: Path | None,
     at: str | None,
+    step: str | None,
     model: str | None,
     overrides: tuple[str, ...],
     quiet: bool,
@@ -49,7 +52,7 @@ def tension(
     from knotfem.run.directory import RunDirectory
     from knotfem.run.tables import table_text, write_table
 
-    profile = opened.tension(millimetres)
+    profile = opened.tension(millimetres, step)
     if output is not None:
         RunDirectory(run).spare(output)
         write_table(output, profile.table)
@@ -59,7 +62,7 @@ def tension(
         click.echo(table_text(profile.table), nl=False)
     if quiet or log_format == "json":
         return
-    say_nearest(millimetres, profile.displacement)
+    say_state(millimetres, profile.moment)
     for rod in profile.rods:
         force = profile.of(rod).tension
         text = f"{rod}: {force[0]:.4f} N at the start, {force[-1]:.4f} N at the end, at most {force.max():.4f} N"

@@ -60,7 +60,7 @@ def write_run(run: RunDirectory, scene: Scene, *, state: State = "done", reason:
     table = store.table("force", (*FORCE_COLUMNS, *FORCE_EXTRA))
     rows = [dict.fromkeys(table.columns, 0.0) for _ in range(steps)]
     for row, x, f in zip(rows, displacement, force, strict=True):
-        row |= {"displacement_mm": x, "force_N": f, "step": pull.name, "time_s": x}
+        row |= {"displacement_mm": x, "step_displacement_mm": x, "force_N": f, "step": pull.name, "time_s": x}
     table.extend(rows)
     profile = store.table("tension", (*TENSION_COLUMNS, *TENSION_EXTRA))
     s = np.linspace(0.0, 1.0, 101)

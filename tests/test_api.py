@@ -85,7 +85,7 @@ def test_what_a_run_offers(pulled: kf.Run) -> None:
     assert found["normal_force_N"].size > 10
     assert set(found["other"]) == {"rod"}
     assert [state.displacement for state in pulled.states] == [0.0, 1.5, 3.0]
-    assert pulled.state("1.5 mm").time == pulled.stored.nearest(1.5)[0]
+    assert pulled.state("1.5 mm").time == pulled.stored.choose(1.5).time
     energy = pulled.energy
     assert {"work", "elastic", "friction", "contact", "missing"} <= set(energy.names)
     assert abs(energy["missing"][-1]) < 0.05 * energy["work"][-1]

@@ -9,7 +9,8 @@ from typing import Any
 
 from knotfem.models.series import Fields
 from knotfem.results.fields import StateFields
-from knotfem.results.profile import StoredStates
+from knotfem.results.moment import Moment, moments_of
+from knotfem.results.older import running, running_forces
 from knotfem.results.run import Run
 from knotfem.results.states import RunState
 from knotfem.run.checkpoint import RunCheckpoint, read_checkpoint
@@ -44,7 +45,8 @@ class DiskRun(Run):
     def table(self, name: str) -> Arrays:
         if name not in self._tables:
             file = self._directory.path / f"{name}.csv"
-            self._tables[name] = read_table(file) if file.exists() else {}
+            table = read_table(file) if file.exists() else {}
+            self._tables[name] = running_forces(table) if name == "force" else running(table, self.table("force"))
         return self._tables[name]
 
     @property
@@ -55,8 +57,7 @@ class DiskRun(Run):
         file = self._directory.path / "results.vtkhdf"
         if not file.exists():
             return []
-        stored = StoredStates.of(self.path, self.table("tension"))
-        known = dict(zip(stored.times.tolist(), stored.displacements.tolist(), strict=True))
+        known = {moment.time: moment for moment in moments_of(self.table("tension"))}
 
         def reader(step: int) -> Callable[[], StateFields]:
             def read() -> StateFields:
@@ -66,7 +67,7 @@ class DiskRun(Run):
             return read
 
         times = read_times(file).tolist()
-        return [RunState(self.scene, time, known.get(time, float("nan")), reader(i)) for i, time in enumerate(times)]
+        return [RunState(self.scene, known.get(time, _unknown(time)), reader(i)) for i, time in enumerate(times)]
 
     @property
     def additions(self) -> Mapping[str, Sequence[str]]:
@@ -126,7 +127,9 @@ class MemoryRun(Run):
 
             return read
 
-        return [RunState(self.scene, s.time, s.displacement, reader(s.fields)) for s in self._series.states]
+        known = {moment.time: moment for moment in moments_of(self.table("tension"))}
+        states = self._series.states
+        return [RunState(self.scene, known.get(s.time, _unknown(s.time)), reader(s.fields)) for s in states]
 
     @property
     def additions(self) -> Mapping[str, Sequence[str]]:
@@ -134,6 +137,11 @@ class MemoryRun(Run):
 
     def tied(self) -> RunCheckpoint | None:
         return self._tied
+
+
+def _unknown(time: float) -> Moment:
+    """A stored state of which tables know the time only."""
+    return Moment("", float("nan"), float("nan"), time)
 
 
 def open_run(path: str | Path, overrides: Overrides = ()) -> Run:

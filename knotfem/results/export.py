@@ -28,7 +28,12 @@ Meshes = Sequence[tuple[RodMesh, int]]
 
 
 def export(
-    source: Run | RunState, path: str | Path, at: float | str | None = None, *, reference: bool = False
+    source: Run | RunState,
+    path: str | Path,
+    at: float | str | None = None,
+    *,
+    step: str | None = None,
+    reference: bool = False,
 ) -> RunState:
     """Write the rods in a stored state as a mesh of the kind that the suffix names.
 
@@ -44,7 +49,9 @@ def export(
     Args:
         source: a run, or one of its states.
         path: file with the suffix .inp, .msh, .vtu or .xdmf.
-        at: stored displacement of a run, [mm] or such as "60 mm", the nearest is taken; None for the last state.
+        at: stored displacement of a run over all its steps, [mm] or such as "60 mm", the nearest is taken; None for the
+            last state.
+        step: name of the step that the state is to be of; None for any.
         reference: write the straight rods instead of the deformed ones; fields are still those of the state.
 
     Returns:
@@ -53,7 +60,7 @@ def export(
     Raises:
         InputError: no such state or format, or the file cannot be written.
     """
-    state = source.state(at) if isinstance(source, Run) else source
+    state = source.state(at, step) if isinstance(source, Run) else source
     fields, scene = state.fields, state.scene
     if scene.model == "rod":
         made = _lines(fields, scene, reference)

@@ -34,9 +34,9 @@ class RunFigures:
         force, stored = done.table("force"), StoredStates.of(run.path, done.table("tension"))
         if force["force_N"].size:
             plots.plot_force({run.path.name: force}, run.path / "force.png", radius=0.5 * run.scene.diameter)
-        if not stored.times.size:
+        if not stored.moments:
             return
-        last = stored.profile(None)
+        last = stored.profile()
         curves = {"" if len(last.rods) == 1 else rod: last.of(rod).table for rod in sorted(last.rods)}
         applied = float(force["force_N"][-1]) if force["force_N"].size else 0.0
         plots.plot_tension(curves, run.path / "tension.png", applied=applied or float(np.abs(last.tension).max()))

@@ -9,6 +9,7 @@ import numpy as np
 
 from knotfem.errors import InputError
 from knotfem.results.base import RunData, displacement_of, frame_of
+from knotfem.run.columns import RUNNING
 from knotfem.scene.steps import Pull
 
 if TYPE_CHECKING:
@@ -26,7 +27,8 @@ class ForceCurve:
         label: of the run.
         run: whose they are.
         steps: times [s] and forces [N] of each step, by its name.
-        displacement: of the pulled end over all pulls [mm], ascending, shape [n]; empty without a pull.
+        displacement: in pulls, of the reported end over all steps after tying [mm], ascending, shape [n]; empty without
+            a pull.
         force: [N], shape [n].
         unbalanced: displacements between which the curve is not one of equilibria, as the scene asks for them [mm].
         spans: first and last time [s] of each pull, and the displacement at which it set out [mm], by its name.
@@ -86,7 +88,7 @@ class ForceCurve:
 
 
 def force_curve(run: RunData, label: str | None = None) -> ForceCurve:
-    """Forces of a run, and against the displacement of all its pulls, one behind the other.
+    """Forces of a run, step by step, and against the displacement of all its pulls.
 
     Args:
         run: that has taken a loading step.
@@ -98,10 +100,10 @@ def force_curve(run: RunData, label: str | None = None) -> ForceCurve:
     table = run.table("force")
     if not table or not table["time_s"].size:
         raise InputError("no loading step is stored", file=run.path, expected="a run that knotfem pull has brought on")
-    for column in ("time_s", "step", "displacement_mm", "force_N"):
+    for column in ("time_s", "step", "displacement_mm", RUNNING, "force_N"):
         if column not in table:
             raise InputError("no such column", file=run.path, key=column, found=",".join(table))
-    steps, spans, unbalanced, before = {}, {}, [], 0.0
+    steps, spans, unbalanced = {}, {}, []
     displacement, force = [np.zeros(0)], [np.zeros(0)]
     for step in run.scene.loading_steps:
         rows = np.flatnonzero(table["step"] == step.name)
@@ -112,12 +114,12 @@ def force_curve(run: RunData, label: str | None = None) -> ForceCurve:
             rows, balanced = rows[balanced], balanced[balanced]
         steps[step.name] = table["time_s"][rows], table["force_N"][rows]
         if isinstance(step, Pull):
-            went, end = table["displacement_mm"][rows], float(table["time_s"][rows][-1])
-            displacement.append(before + went)
+            there, went = table["displacement_mm"][rows], table[RUNNING][rows]
+            end = float(table["time_s"][rows][-1])
+            displacement.append(there)
             force.append(table["force_N"][rows])
-            unbalanced += [(before + a, before + b) for a, b in stretches_of(~balanced, went)]
-            spans[step.name] = end - float(went[-1]) / step.nominal_speed, end, before
-            before += step.displacement
+            unbalanced += stretches_of(~balanced, there)
+            spans[step.name] = end - float(went[-1]) / step.nominal_speed, end, float(there[-1] - went[-1])
     name = run.name if label is None else label
     return ForceCurve(name, run, steps, np.concatenate(displacement), np.concatenate(force), spans, unbalanced)
 
@@ -133,7 +135,7 @@ def unrest_notes(run: RunData) -> list[str]:
         rows = np.flatnonzero(table["step"] == step.name) if table else np.zeros(0, dtype=int)
         if not isinstance(step, Pull) or not step.real or not rows.size:
             continue
-        went, moving = table["displacement_mm"][rows], table["equilibrium"][rows] == 0
+        went, moving = table[RUNNING][rows], table["equilibrium"][rows] == 0
         far = sum(last - first for first, last in stretches_of(moving, went))
         if far == 0.0:
             continue

@@ -10,6 +10,7 @@ import numpy as np
 
 from knotfem.errors import InputError
 from knotfem.results.base import RunData, frame_of
+from knotfem.results.moment import Moment, choose, moments_of
 from knotfem.types import Arrays
 
 if TYPE_CHECKING:
@@ -25,16 +26,24 @@ class TensionProfile:
 
     Attributes:
         table: columns of tension.csv, one state's rows.
-        time: [s].
-        displacement: of the reported end [mm].
+        moment: when it was.
     """
 
     table: dict[str, np.ndarray]
-    time: float
-    displacement: float
+    moment: Moment
 
     def __repr__(self) -> str:
-        return f"<tension profile at {self.displacement:g} mm, {len(self.tension)} sections of {', '.join(self.rods)}>"
+        return f"<tension profile at {self.moment}, {len(self.tension)} sections of {', '.join(self.rods)}>"
+
+    @property
+    def time(self) -> float:
+        """Time [s]."""
+        return self.moment.time
+
+    @property
+    def displacement(self) -> float:
+        """Of the reported end over all steps after tying [mm]."""
+        return self.moment.displacement
 
     @property
     def arclength(self) -> np.ndarray:
@@ -56,7 +65,7 @@ class TensionProfile:
         if "rod" not in self.table:
             return self
         rows = self.table["rod"] == rod
-        return TensionProfile({k: v[rows] for k, v in self.table.items()}, self.time, self.displacement)
+        return TensionProfile({k: v[rows] for k, v in self.table.items()}, self.moment)
 
     def to_pandas(self) -> object:
         """A pandas DataFrame with the columns of tension.csv.
@@ -86,47 +95,36 @@ class StoredStates:
     Attributes:
         path: of the run.
         table: its columns.
-        times: [s], ascending.
-        displacements: of the reported end at those times [mm].
+        moments: when they were, by ascending time.
     """
 
     path: Path | None
     table: Arrays
-    times: np.ndarray
-    displacements: np.ndarray
+    moments: list[Moment]
 
     @classmethod
     def of(cls, path: Path | None, table: Arrays) -> StoredStates:
         """Those of a table with times and displacements; none of an empty one."""
-        if "time_s" not in table:
-            return cls(path, table, np.zeros(0), np.zeros(0))
-        times, first = np.unique(table["time_s"], return_index=True)
-        return cls(path, table, times, table["displacement_mm"][first])
+        return cls(path, table, moments_of(table))
 
-    def nearest(self, at: float | None) -> tuple[float, float]:
-        """Time and displacement of the state nearest to a displacement, or of the last.
+    @property
+    def times(self) -> np.ndarray:
+        """Of all states [s], ascending."""
+        return np.array([moment.time for moment in self.moments])
 
-        Raises:
-            InputError: it is less than the smallest or more than the largest.
-        """
-        if at is None:
-            return float(self.times[-1]), float(self.displacements[-1])
-        i = int(np.argmin(np.abs(self.displacements - at)))
-        slack = 1e-6 * max(1.0, abs(at))
-        if not self.displacements.min() - slack <= at <= self.displacements.max() + slack:
-            raise InputError(
-                "no state is stored near this displacement",
-                file=self.path,
-                key="at",
-                found=f"{at:g} mm",
-                expected=f"{self.displacements.min():g} to {self.displacements.max():g} mm",
-            )
-        return float(self.times[i]), float(self.displacements[i])
+    @property
+    def displacements(self) -> np.ndarray:
+        """Of the reported end over all steps after tying at those times [mm]."""
+        return np.array([moment.displacement for moment in self.moments])
 
-    def profile(self, at: float | None) -> TensionProfile:
-        """Tension profile of the state nearest to a displacement [mm], or of the last."""
-        time, displacement = self.nearest(at)
-        return TensionProfile(self.at_time(time), time, displacement)
+    def choose(self, at: float | None = None, step: str | None = None) -> Moment:
+        """The state that is asked for; see `knotfem.results.moment.choose`."""
+        return choose(self.moments, at, step, self.path)
+
+    def profile(self, at: float | None = None, step: str | None = None) -> TensionProfile:
+        """Tension profile of the state that is asked for; see `choose`."""
+        moment = self.choose(at, step)
+        return TensionProfile(self.at_time(moment.time), moment)
 
     def at_time(self, time: float) -> dict[str, np.ndarray]:
         """Rows of the state that is stored at a time [s]."""

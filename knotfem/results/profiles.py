@@ -27,7 +27,7 @@ class CommonState:
 
     Attributes:
         step: at whose end the runs are, or None where they are compared at one displacement.
-        displacements: over all pulls [mm], one a run; None at the end of a step.
+        displacements: over all steps [mm], one a run; None at the end of a step.
         forces: F at the reported end [N], one a run.
         profiles: one a run.
         over_force: whether their tension is T/F; it is T [N] where F is nothing in one of them.
@@ -45,7 +45,7 @@ def common_state(curves: Sequence[ForceCurve], at: float | None, step: str | Non
 
     Args:
         curves: of the runs.
-        at: displacement over all pulls [mm], or None.
+        at: displacement over all steps [mm], or None.
         step: name of the step at whose end, or None; with neither of both, the last of which all runs have stored
             something. Pulls are compared at the last displacement that all runs have in them.
 
@@ -98,12 +98,12 @@ def _nothing_in(curve: ForceCurve, name: str) -> InputError:
 
 
 def _pulled(stored: StoredStates, spans: Iterable[tuple[float, float, float]]) -> dict[float, float]:
-    """Time [s] of each state stored in pulls, by the displacement over all pulls [mm], ascending."""
+    """Time [s] of each state stored in pulls, by the displacement over all steps [mm], ascending."""
     found: dict[float, float] = {}
-    for time, displacement in zip(stored.times, stored.displacements, strict=True):
-        for start, end, gone in spans:
-            if start < time <= end * (1.0 + 1e-12) and displacement > 0.0:
-                found[gone + float(displacement)] = float(time)
+    for moment in stored.moments:
+        for start, end, _ in spans:
+            if start < moment.time <= end * (1.0 + 1e-12) and moment.step_displacement > 0.0:
+                found[moment.displacement] = moment.time
     return dict(sorted(found.items()))
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from knotfem.errors import InputError
 from knotfem.results.base import RunData, displacement_of
 from knotfem.results.force import ForceCurve, force_curve, unrest_notes
+from knotfem.results.moment import reach
 from knotfem.results.profile import StoredStates, TensionProfile, stored_states
 from knotfem.results.states import RunState
 from knotfem.run.checkpoint import RunCheckpoint
@@ -64,24 +65,27 @@ class Run(RunData):
         """
         return stored_states(self)
 
-    def tension(self, at: float | str | None = None) -> TensionProfile:
-        """Tension along the centreline in a stored state.
+    def tension(self, at: float | str | None = None, step: str | None = None) -> TensionProfile:
+        """Tension along the centreline in a stored state, which the profile's attribute `moment` tells.
 
         Args:
-            at: displacement, [mm] or such as "60 mm"; the nearest stored state is taken; None for the last.
+            at: displacement over all steps after tying, [mm] or such as "60 mm"; the nearest stored state is taken;
+                None for the last.
+            step: name of the step that the state is to be of; None for any.
 
         Raises:
-            InputError: nothing is stored near it.
+            InputError: nothing is stored near it, or no state of this step.
         """
-        return self.stored.profile(displacement_of(at))
+        return self.stored.profile(displacement_of(at), step)
 
-    def contacts(self, at: float | str | None = None) -> Arrays:
+    def contacts(self, at: float | str | None = None, step: str | None = None) -> Arrays:
         """Samples in contact in a stored state: columns of contacts.csv.
 
         Args:
             at: see `tension`.
+            step: likewise.
         """
-        time, _ = self.stored.nearest(displacement_of(at))
+        time = self.stored.choose(displacement_of(at), step).time
         table = self.table("contacts")
         rows = table["time_s"] == time if table else np.zeros(0, dtype=bool)
         return {name: values[rows] for name, values in table.items()}
@@ -91,24 +95,31 @@ class Run(RunData):
         """Stored states, oldest first, as they were when first asked for; their fields are read as they are needed."""
         return self._read_states()
 
-    def state(self, at: float | str | None = None) -> RunState:
-        """The stored state with fields nearest to a displacement.
+    def state(self, at: float | str | None = None, step: str | None = None) -> RunState:
+        """A stored state with its fields; of the last states those are left out that have none.
 
         Args:
             at: see `tension`.
+            step: likewise.
 
         Raises:
-            InputError: no state is stored, or none near it.
+            InputError: no state is stored, none near it or of this step, or its fields are not stored.
         """
         if not self.states:
             if self.scene.output.fields:
                 expected = "a run that has stored a state; knotfem resume goes on with this one"
                 raise InputError("no state was stored before the run ended", file=self.path, expected=expected)
             raise InputError("no state is stored", file=self.path, expected="a run with output.fields = true")
-        if at is None:
+        if at is None and step is None:
             return self.states[-1]
-        time, _ = self.stored.nearest(displacement_of(at))
-        return min(self.states, key=lambda state: abs(state.time - time))
+        moment = self.stored.choose(displacement_of(at), step)
+        found = next((state for state in self.states if state.time == moment.time), None)
+        if found is None:
+            expected = f"a state of which fields are stored: {reach([state.moment for state in self.states])}"
+            raise InputError(
+                "its fields are not stored", file=self.path, key="at", found=str(moment), expected=expected
+            )
+        return found
 
     @property
     def cost(self) -> Cost:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from knotfem.results.fields import StateFields
+from knotfem.results.moment import Moment
 from knotfem.scene.model import Scene
 
 
@@ -18,15 +19,23 @@ class RunState:
 
     Attributes:
         scene: of the run.
-        time: [s].
-        displacement: of the reported end since the start of the scene's step [mm]; nan where it is not known.
+        moment: when it was.
         read: reads mesh and fields.
     """
 
     scene: Scene
-    time: float
-    displacement: float
+    moment: Moment
     read: Callable[[], StateFields]
+
+    @property
+    def time(self) -> float:
+        """Time [s]."""
+        return self.moment.time
+
+    @property
+    def displacement(self) -> float:
+        """Of the reported end over all steps after tying [mm]; nan where it is not known."""
+        return self.moment.displacement
 
     @property
     def fields(self) -> StateFields:

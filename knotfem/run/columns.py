@@ -14,17 +14,21 @@ FORCE_COLUMNS = (
 FORCE_EXTRA = (
     "step", "sliding", "imbalance_N", "drag_force_N", "unrest_N", "work_Nmm", "elastic_Nmm", "kinetic_Nmm",
     "contact_Nmm", "gravity_Nmm", "friction_Nmm", "drag_Nmm", "numerical_Nmm", "missing_Nmm", "cutbacks",
-    "equilibrium",
+    "equilibrium", "step_displacement_mm",
 )  # fmt: skip
+RUNNING = "step_displacement_mm"
+"""Tables that have it have a displacement that runs on through the steps; older ones start again at each step."""
+OF_STATE = ("step", RUNNING)
+"""Further columns of all tables of stored states."""
 TENSION_COLUMNS = ("displacement_mm", "arclength_mm", "s_over_L", "tension_N", "core_N", "bulk_N")
-TENSION_EXTRA = ("rod", "time_s", "shear_N", "bending_moment_Nmm", "torque_Nmm", "x_mm", "y_mm", "z_mm")
+TENSION_EXTRA = ("rod", "time_s", "shear_N", "bending_moment_Nmm", "torque_Nmm", "x_mm", "y_mm", "z_mm", *OF_STATE)
 EVENT_COLUMNS = (
     "step", "time_s", "displacement_mm", "force_before_N", "force_after_N", "rod", "s_over_L", "moved_mm",
-    "released_Nmm", "steps",
+    "released_Nmm", "steps", RUNNING,
 )  # fmt: skip
 TWIST_COLUMNS = (
     "displacement_mm", "arclength_mm", "s_over_L", "twist_rad_per_mm", "torque_Nmm", "curvature_per_mm",
-    "bending_moment_Nmm", "rod", "time_s",
+    "bending_moment_Nmm", "rod", "time_s", *OF_STATE,
 )  # fmt: skip
 TEXT_COLUMNS = frozenset({"step", "rod", "other", "state"})
 """Columns of names, which stay text also where they look like numbers."""

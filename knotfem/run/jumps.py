@@ -23,7 +23,8 @@ class Jump:
     Attributes:
         step: of the scene.
         time: [s].
-        displacement: of the reported end since the start of the scene's step [mm].
+        displacement: of the reported end over all steps after tying [mm].
+        step_displacement: the same since the start of the scene's step [mm].
         force_before, force_after: on that end [N].
         rod: name of the rod that moved furthest.
         arclength_fraction: where on it, s/L.
@@ -35,6 +36,7 @@ class Jump:
     step: str
     time: float
     displacement: float
+    step_displacement: float
     force_before: float
     force_after: float
     rod: str
@@ -81,8 +83,17 @@ class JumpWatch:
         self._steps = 0
         self._named = x
 
-    def update(self, step: str, accepted: AcceptedStep, figures: StepFigures, energies: Energies) -> Jump | None:
+    def update(
+        self, step: str, accepted: AcceptedStep, figures: StepFigures, energies: Energies, displaced: float = 0.0
+    ) -> Jump | None:
         """A step was accepted.
+
+        Args:
+            step: name of the scene's step.
+            accepted: the time step.
+            figures: of it.
+            energies: so far.
+            displaced: displacement with which the scene's step set out [mm].
 
         Returns:
             The jump that ended with it; None where the rods only caught up with their loads, or still move.
@@ -102,6 +113,7 @@ class JumpWatch:
         return Jump(
             step,
             accepted.state.time,
+            displaced + figures.displacement,
             figures.displacement,
             before.force,
             figures.force,

@@ -56,7 +56,7 @@ class StoredState:
 
     Attributes:
         time: [s].
-        displacement: of the reported end since the start of the scene's step [mm].
+        displacement: of the reported end over all steps after tying [mm].
         fields: of the state.
     """
 

@@ -16,6 +16,8 @@ from knotfem.run.columns import (
     EVENT_COLUMNS,
     FORCE_COLUMNS,
     FORCE_EXTRA,
+    OF_STATE,
+    RUNNING,
     TENSION_COLUMNS,
     TENSION_EXTRA,
     TIE_COLUMNS,
@@ -129,7 +131,7 @@ class Recorder:
             "tie": TIE_COLUMNS,
             "force": (*FORCE_COLUMNS, *FORCE_EXTRA, *self._own),
             "tension": (*TENSION_COLUMNS, *TENSION_EXTRA),
-            "contacts": CONTACT_COLUMNS,
+            "contacts": (*CONTACT_COLUMNS, *OF_STATE),
             **({"twist": TWIST_COLUMNS} if self.model.segments else {}),
             **({} if all(step.real for step in self.model.scene.steps) else {"events": EVENT_COLUMNS}),
         }
@@ -235,10 +237,14 @@ class Recorder:
     def _output(self, event: TimeStepDone) -> None:
         """Fields and profiles of a state."""
         model, x, when = self.model, event.state.x, (event.time, event.displacement)
-        self.tables["tension"].extend(model.tension_profile(x, *when))
-        self.tables["contacts"].extend(contact_rows(model, model.contacts(), *when))
-        if "twist" in self.tables:
-            self.tables["twist"].extend(model.twist_profile(x, *when))
+        of_state = {"step": event.step.name, RUNNING: event.step_displacement}
+        rows: dict[str, Iterable[Mapping[str, Value]]] = {
+            "tension": model.tension_profile(x, *when),
+            "contacts": contact_rows(model, model.contacts(), *when),
+            **({"twist": model.twist_profile(x, *when)} if "twist" in self.tables else {}),
+        }
+        for name, found in rows.items():
+            self.tables[name].extend({**row, **of_state} for row in found)
         if not isinstance(event.step, Relax):
             self.summary.output_figures(event.figures)
         if self._series is not None:
@@ -268,6 +274,7 @@ def event_row(jump: Jump) -> dict[str, float | int | str]:
         "step": jump.step,
         "time_s": jump.time,
         "displacement_mm": jump.displacement,
+        RUNNING: jump.step_displacement,
         "force_before_N": jump.force_before,
         "force_after_N": jump.force_after,
         "rod": jump.rod,
@@ -284,7 +291,8 @@ def force_row(event: TimeStepDone) -> dict[str, float | int | str]:
     own = {energy_column(name): value for name, value in {**e.taken, **e.fields}.items()}
     return {
         "time_s": event.time,
-        "displacement_mm": f.displacement,
+        "displacement_mm": event.displacement,
+        RUNNING: event.step_displacement,
         "force_N": f.force,
         "newton_iterations": accepted.solution.iterations,
         "contacts": f.contacts,

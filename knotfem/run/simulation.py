@@ -48,6 +48,7 @@ class TimeStepDone:
         last: whether it is the last of the scene's step.
         equilibrium: whether viscous terms and inertia carry no more than the scene's `quasi_static.tolerance` allows.
         jump: that ended with it, or None.
+        before: displacement with which the scene's step set out [mm].
     """
 
     step: Step
@@ -61,6 +62,7 @@ class TimeStepDone:
     last: bool
     equilibrium: bool
     jump: Jump | None
+    before: float
 
     @property
     def state(self) -> State:
@@ -79,6 +81,11 @@ class TimeStepDone:
 
     @property
     def displacement(self) -> float:
+        """Of that end over all steps after tying [mm]; what a step goes back is not taken off for the next ones."""
+        return self.before + self.figures.displacement
+
+    @property
+    def step_displacement(self) -> float:
         """Of that end since the start of the scene's step [mm]."""
         return self.figures.displacement
 
@@ -181,6 +188,7 @@ class Simulation:
         self.paths: list[CentrelinePath] = []
         self._started_at: list[np.ndarray] | None = None
         self._underway: Underway | None = None
+        self._displaced = self._reached = 0.0
         self.system: System | None = None
 
     def start_at(self, state: State) -> None:
@@ -214,6 +222,9 @@ class Simulation:
             step = self.wanted[self.next_step]
             yield from self._take(step)
             self._underway, self.system = None, None
+            if self.next_step >= len(self.scene.tying_steps):
+                self._displaced = max(self._displaced, self._reached)
+            self._reached = self._displaced
             self.next_step += 1
             yield PhaseDone(step.name, self.next_step == len(self.scene.tying_steps))
 
@@ -269,9 +280,10 @@ class Simulation:
             if self.scene.contact.enabled:
                 self.monitor.check_interpenetration(accepted.start.x, self.state.x, self.state.time)
             figures = self.balance.update(equations, accepted, underway.origin)
+            self._reached = self._displaced + figures.displacement
             resting = rest is not None and rest.reached(self.state.time, self.balance.energies, figures)
             last = resting or (accepted.at_output and schedule.over(self.state.time))
-            jump = watch.update(step.name, accepted, figures, self.balance.energies)
+            jump = watch.update(step.name, accepted, figures, self.balance.energies, self._displaced)
             if jump is not None and not isinstance(step, Relax):
                 self.notify(f"{step.name}: {jump}")
             yield TimeStepDone(
@@ -286,6 +298,7 @@ class Simulation:
                 last=last,
                 equilibrium=schedule.in_equilibrium(accepted, figures),
                 jump=jump,
+                before=self._displaced,
             )
             lost = (accepted.at_output or last or watch.wandered(self.state.x)) and self._lost(step)
             if resting or (lost and isinstance(step, Release)):
@@ -331,6 +344,7 @@ class Simulation:
             "knots_before": self.knots_before,
             "started_at": self._started_at,
             "next_step": self.next_step,
+            "displaced": (self._displaced, self._reached),
         }
 
     @property
@@ -341,6 +355,7 @@ class Simulation:
     def restore(self, state: dict[str, Any]) -> None:
         """Go on from a checkpoint."""
         self.knots_before, self.next_step = state["knots_before"], int(state["next_step"])
+        self._displaced, self._reached = state.get("displaced", (0.0, 0.0))
         if state.get("started_at") is not None:
             self._watch_from(state["started_at"])
         now = _restored(state["now"])

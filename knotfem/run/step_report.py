@@ -18,7 +18,7 @@ def report_of(event: Increment | TimeStepDone) -> StepReport:
         event.step.name,
         event.fraction,
         event.elapsed,
-        figures.displacement,
+        event.displacement,
         figures.force,
         size,
         figures.contacts,

@@ -106,7 +106,7 @@ def _forces(run: Run, scene: Scene) -> Quantities:
             raise InputError("no forces are stored of this step", file=run.path, key=step.name)
         first = FIRST_MOVE_OVER_DIAMETER * scene.diameter
         grid = np.linspace(min(first, 0.5 * step.displacement), step.displacement, GRID)
-        curves.append(np.interp(grid, table["displacement_mm"][rows], table["force_N"][rows]))
+        curves.append(np.interp(grid, table["step_displacement_mm"][rows], table["force_N"][rows]))
     return {"force": np.concatenate(curves), "force_end": curves[-1][-1:]}
 
 

@@ -243,7 +243,7 @@ def test_tension(tmp_path: Path) -> None:
     out = tmp_path / "t.csv"
     result = call("tension", path, "-o", out, "--at", "5.5 cm")
     assert result.stdout == ""
-    assert "the nearest stored state, at 59 mm" in result.stderr
+    assert "the nearest stored state: 59 mm" in result.stderr
     assert out.read_text() == table
     assert call("tension", path, "--at", "3 mm", "--quiet").stdout == table.replace("59.0,2.0", "3.0,1.0")
     assert json.loads(call("tension", path, "--log-format", "json").stdout)["tension_N"] == [0.5, 0.25, 0.1]

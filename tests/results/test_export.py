@@ -102,20 +102,21 @@ def test_two_rods_have_names_of_their_own(tmp_path):
     meshes = [mesh for mesh, _ in meshes_of(scene)]
     reference = np.concatenate([mesh.nodes for mesh in meshes])
     from knotfem.results.fields import StateFields
+    from knotfem.results.moment import Moment
     from knotfem.results.states import RunState
 
     count = sum(len(mesh.hexes) for mesh in meshes)
     fields = StateFields(
         reference + 1.0, reference, np.zeros((count, 8), dtype=int), {}, {"tension": np.arange(count) + 0.0}
     )
-    export(RunState(scene, 0.0, math.nan, lambda: fields), tmp_path / "two.msh")
+    export(RunState(scene, Moment("", math.nan, math.nan, 0.0), lambda: fields), tmp_path / "two.msh")
     text = (tmp_path / "two.msh").read_text()
     for rod in scene.rods:
         assert f'"{rod.name}_bulk"' in text
         assert f'"{rod.name}_end_face"' in text
     wrong = StateFields(reference[:-1], reference[:-1], fields.cells, {}, fields.cell_data)
     with pytest.raises(InputError, match="not that of the scene"):
-        export(RunState(scene, 0.0, math.nan, lambda: wrong), tmp_path / "wrong.vtu")
+        export(RunState(scene, Moment("", math.nan, math.nan, 0.0), lambda: wrong), tmp_path / "wrong.vtu")
 
 
 def knotfem(*arguments: object):
@@ -124,7 +125,7 @@ def knotfem(*arguments: object):
 
 def test_the_verb(solid, tmp_path):
     done = knotfem(solid.path, "-o", tmp_path / "rod.vtu")
-    assert (done.exit_code, done.output.split()) == (0, [str(tmp_path / "rod.vtu")])
+    assert (done.exit_code, done.stdout.split()) == (0, [str(tmp_path / "rod.vtu")])
     done = knotfem(solid.path, "-o", tmp_path / "rod.inp", "--reference", "--log-format", "json")
     found = json.loads(done.output)
     assert found["file"] == str(tmp_path / "rod.inp")

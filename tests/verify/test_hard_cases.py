@@ -144,7 +144,7 @@ def test_random_curves_repeat_and_some_are_closed() -> None:
 
 
 def outcome(displacement: list[float], force: list[float], ended: str = "yes") -> Outcome:
-    columns = {"displacement_mm": np.array(displacement), "force_N": np.array(force)}
+    columns = {"step_displacement_mm": np.array(displacement), "force_N": np.array(force)}
     columns["step"] = np.array(["pull"] * len(force))
     scene = load_scene("overhand")
     return Outcome(ended, 10, 1, 0.9, 0.01, "3_1", "3_1", 0.0, scene, 40, columns, {}, [])

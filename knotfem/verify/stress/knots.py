@@ -101,7 +101,7 @@ def _frictionless_bowline(scene: Scene, *, small: bool) -> Sequence[Quantity]:
 
 def _tightens(found: Outcome, small: bool) -> Quantity:
     """A knot tightens: at the end the force is much larger than at half the displacement."""
-    end = float(found.force["displacement_mm"][-1])
+    end = float(found.force["step_displacement_mm"][-1])
     ratio = at(found.force, end) / max(at(found.force, 0.5 * end), 1e-12)
     return Quantity("force at the end over force half way", ratio, 1.0 if small else 2.0, kind="at least")
 

@@ -94,9 +94,9 @@ class Recording:
 
 
 def at(force: Table, displacement: float) -> float:
-    """Force [N] at a displacement [mm] of the last step, from the table of forces."""
+    """Force [N] at a displacement [mm] in the last step, from the table of forces."""
     rows = force["step"] == force["step"][-1]
-    return float(np.interp(displacement, force["displacement_mm"][rows], force["force_N"][rows]))
+    return float(np.interp(displacement, force["step_displacement_mm"][rows], force["force_N"][rows]))
 
 
 def hard_case(

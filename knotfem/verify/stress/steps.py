@@ -74,7 +74,7 @@ def force_error(found: Outcome, usual: Outcome) -> float:
     curves = []
     for outcome in (found, usual):
         rows = outcome.force["step"] == outcome.force["step"][-1]
-        curves.append((outcome.force["displacement_mm"][rows], outcome.force["force_N"][rows]))
+        curves.append((outcome.force["step_displacement_mm"][rows], outcome.force["force_N"][rows]))
     (there, force), (displacement, expected) = curves
     on_both = displacement >= there[0]
     difference = np.interp(displacement[on_both], there, force) - expected[on_both]
