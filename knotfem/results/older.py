@@ -30,12 +30,12 @@ def running(table: Arrays, force: Arrays) -> Arrays:
 
     Args:
         table: as it is read; one of this version, or without displacements, is given back as it is.
-        force: columns of force.csv, in which it runs on; states of other times are of steps before the first one.
+        force: columns of force.csv, in which it runs on; other states, and those of its first time, are of steps before.
     """
     if RUNNING in table or "displacement_mm" not in table or RUNNING not in force or not force["time_s"].size:
         return table
     row = np.minimum(np.searchsorted(force["time_s"], table["time_s"]), force["time_s"].size - 1)
-    known = force["time_s"][row] == table["time_s"]
+    known = (force["time_s"][row] == table["time_s"]) & (table["time_s"] > force["time_s"][0])
     before = np.where(known, force["displacement_mm"][row] - force[RUNNING][row], 0.0)
     within = table["displacement_mm"]
     steps = table.get("step", np.where(known, force["step"][row], ""))
