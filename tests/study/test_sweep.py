@@ -19,7 +19,7 @@ from knotfem.errors import InputError, KnotfemError, MissingDependency, NotConve
 from knotfem.run.tables import read_table
 from knotfem.study.engine.engine import Job
 from knotfem.study.engine.outcomes import CRASHED, Outcome
-from knotfem.study.sweep import run as module
+from knotfem.study.sweep import points as module
 from knotfem_cli.main import knotfem_command
 
 STUDY: dict[str, Any] = {
