@@ -28,6 +28,8 @@ HIGHLIGHTS = (
     "max_penetration_over_d",
     "knot_before",
     "knot_after",
+    "verdict",
+    "failure_mode",
     "events",
     "final_force_N",
     "linear_solver",
@@ -160,9 +162,15 @@ def show_run(run: Run, quiet: bool, log_format: str) -> None:
     shown = {key: summary[key] for key in HIGHLIGHTS if key in summary}
     if shown and not quiet:
         click.echo(facts(shown), err=True)
-        for note in run.notes:
+        for note in (*run.notes, *verdict_note(run)):
             click.echo(note, err=True)
     click.echo(run.path)
+
+
+def verdict_note(run: Run) -> list[str]:
+    """The verdict as a sentence, where there is one."""
+    said = run.verdict_evidence.get("in_words")
+    return [said] if said else []
 
 
 def facts(values: Mapping[str, Any], indent: str = "") -> str:

@@ -149,6 +149,21 @@ class Run(RunData):
         """Name of the knot at the end, or names of several rods' knots."""
         return self.summary.get("knot_after")
 
+    @property
+    def verdict(self) -> str | None:
+        """Whether the knot "holds", "slips" or "unravels", or "undecided"; None without a loaded and a free end."""
+        return self.summary.get("verdict")
+
+    @property
+    def verdict_evidence(self) -> dict[str, Any]:
+        """What the verdict rests on, as in summary.json; empty without one."""
+        return self.summary.get("verdict_evidence") or {}
+
+    @property
+    def failure_mode(self) -> str | None:
+        """What slips first in a knot that fails, "wrapping" or "central"; "none" where nothing fails or is known."""
+        return self.summary.get("failure_mode")
+
 
 @dataclass(frozen=True)
 class Spent:

@@ -180,6 +180,7 @@ class Recorder:
         self._add_rest()
         if self.simulation.knots_before is not None:
             self.summary.knots(self.simulation.knots_before, self.simulation.knots())
+        self.summary.figures.update(self.simulation.verdict())
         if self._series is not None:
             self._series.close()
         return self.summary.finished(self.simulation.balance.energies)

@@ -19,6 +19,7 @@ from knotfem.models.rod.initial import SourceRod
 from knotfem.run.jumps import Jump, JumpWatch
 from knotfem.run.monitor import KnotMonitor, Knots
 from knotfem.run.schedule import Rest, schedule_of
+from knotfem.run.verdict_watch import VerdictWatch
 from knotfem.scene.model import Scene
 from knotfem.scene.steps import Loaded, Relax, Release, Step
 from knotfem.solver.nonlinear.newton import Interrupt
@@ -27,6 +28,7 @@ from knotfem.solver.stepping.integrator import AcceptedStep, Continuation, integ
 from knotfem.solver.stepping.pace import Pace
 from knotfem.solver.system import System
 from knotfem.sparse.linear import solver_name
+from knotfem.stability.ends import free_ends
 from knotfem.tie import CentrelinePath
 
 LOG = logging.getLogger("knotfem")
@@ -154,6 +156,8 @@ class Simulation:
         wanted: steps of the scene that the goal asks for.
         next_step: number of the scene's step that comes next.
         knots_before: that the steps set out from.
+        watch: gathers what tells whether the knot holds; None before the first step, and where no step shows it.
+        decided: whether the verdict has ended the run before its last step.
         mapped: whether the mapping is through.
         paths: mapping of each rod, once it has begun.
         system: equations of the scene's step that is under way, or None.
@@ -183,6 +187,8 @@ class Simulation:
         self.next_step = 0
         self.wanted = steps_of(scene, goal)
         self.knots_before: Knots | None = None
+        self.watch: VerdictWatch | None = None
+        self.decided = False
         self.linear_solver = solver_name(scene.solver.linear)
         self.mapped = False
         self.paths: list[CentrelinePath] = []
@@ -226,7 +232,10 @@ class Simulation:
                 self._displaced = max(self._displaced, self._reached)
             self._reached = self._displaced
             self.next_step += 1
-            yield PhaseDone(step.name, self.next_step == len(self.scene.tying_steps))
+            tied = self.next_step == len(self.scene.tying_steps)
+            if self.decided:
+                self.next_step = len(self.wanted)
+            yield PhaseDone(step.name, tied)
 
     def _map(self) -> Iterator[Event]:
         self.paths = self.model.paths()
@@ -251,6 +260,7 @@ class Simulation:
             adapted = self.model.adapted(self.state, equations)
             underway = replace(underway, now=replace(underway.now, state=adapted))
             self.balance.begin(equations, adapted, anew=self._balance_anew)
+            self._watch_step(step, adapted)
         elif resumed.keys is not None:
             system.load(resumed.now.state)
             system.update(resumed.now.state.x)
@@ -286,6 +296,9 @@ class Simulation:
             jump = watch.update(step.name, accepted, figures, self.balance.energies, self._displaced)
             if jump is not None and not isinstance(step, Relax):
                 self.notify(f"{step.name}: {jump}")
+            equilibrium = schedule.in_equilibrium(accepted, figures)
+            self._judge(step, settled=equilibrium, at_rest=resting or (last and equilibrium), output=accepted.at_output)
+            last = last or self.decided
             yield TimeStepDone(
                 step,
                 accepted,
@@ -296,10 +309,13 @@ class Simulation:
                 fraction=float("nan") if rest is not None else schedule.fraction(began, self.state.time),
                 output=accepted.at_output or last,
                 last=last,
-                equilibrium=schedule.in_equilibrium(accepted, figures),
+                equilibrium=equilibrium,
                 jump=jump,
                 before=self._displaced,
             )
+            if self.decided:
+                self._end_decided(step)
+                return
             lost = (accepted.at_output or last or watch.wandered(self.state.x)) and self._lost(step)
             if resting or (lost and isinstance(step, Release)):
                 return
@@ -320,6 +336,39 @@ class Simulation:
         watch = JumpWatch(self.model, self.state.x, taken)
         return Underway(step, self.model.origin(self.state), before, Continuation.at(self.state), watch)
 
+    def _watch_step(self, step: Step, state: State) -> None:
+        """A step of the scene begins; watch over it if some step shows whether the knot holds."""
+        if self.watch is None:
+            self.watch = self._new_watch()
+        if self.watch is not None:
+            self.watch.begin(step, state.x, state.time)
+
+    def _new_watch(self) -> VerdictWatch | None:
+        if self.knots_before is None or not self.scene.contact.enabled:
+            return None
+        shown = any(free_ends(step) for step in self.wanted)
+        return VerdictWatch(self.model, self.monitor, self.knots_before) if shown else None
+
+    def _judge(self, step: Step, *, settled: bool, at_rest: bool, output: bool) -> None:
+        """Gather what the present state tells of the verdict; decide the run where the step says so."""
+        if self.watch is None:
+            return
+        x, time = self.state.x, self.state.time
+        lost = self.watch.update(step, x, time, settled=settled, at_rest=at_rest, output=output)
+        self.decided = bool(lost) and step.until == "decided"
+
+    def _end_decided(self, step: Step) -> None:
+        message = "" if self.watch is None else self.watch.lost
+        if step.must_hold:
+            raise KnotLost(f"{step.name}: {message}")
+        self.notify(f"{step.name}: {message}; the run ends here")
+
+    def verdict(self) -> dict[str, Any]:
+        """Verdict, evidence and failure mode, for the summary; None where no step shows whether the knot holds."""
+        if self.watch is None:
+            return {"verdict": None, "verdict_evidence": None, "failure_mode": None}
+        return self.watch.figures(self.state.x)
+
     def _lost(self, step: Step) -> bool:
         """Whether a knot has come undone: an error in a step that must hold, of interest besides in a release."""
         watched = self.scene.contact.enabled and (step.must_hold or isinstance(step, Release))
@@ -328,6 +377,8 @@ class Simulation:
         message = self.monitor.lost(self.knots_before, self.knots())
         if not message:
             return False
+        if self.watch is not None:
+            self.watch.note_lost(message, step, self.state.time)
         if step.must_hold:
             raise KnotLost(f"{step.name}: {message}")
         self.notify(f"{step.name}: {message}")
@@ -345,6 +396,7 @@ class Simulation:
             "started_at": self._started_at,
             "next_step": self.next_step,
             "displaced": (self._displaced, self._reached),
+            "verdict": None if self.watch is None else self.watch.state(),
         }
 
     @property
@@ -361,6 +413,9 @@ class Simulation:
         now = _restored(state["now"])
         self.state, self.mapped = now.state, True
         self.balance.restore(state["balance"])
+        self.watch = self._new_watch() if state.get("verdict") else None
+        if self.watch is not None:
+            self.watch.restore(state["verdict"])
         underway = state["underway"]
         if underway is not None:
             step = self.scene.steps[self.next_step]

@@ -62,6 +62,9 @@ class Summary:
             "settling": {step.name: step.way for step in model.scene.tying_steps},
             "knot_before": None,
             "knot_after": None,
+            "verdict": None,
+            "verdict_evidence": None,
+            "failure_mode": None,
             "final_force_N": 0.0,
             "linear_solver": "",
         }

@@ -150,6 +150,7 @@ _RESISTANCE = ("a coefficient of resistance", "MPa s", "Pa s", "2 Pa s")
 _ANGLE = ("an angle", "rad", "deg", "90 deg")
 
 LENGTH = Quantity(*_LENGTH)
+FORCE = Quantity(*_FORCE)
 DURATION = Quantity(*_TIME, minimum=0.0, open_minimum=True)
 
 Length = Annotated[float, LENGTH]

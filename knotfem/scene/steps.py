@@ -118,6 +118,8 @@ class _Step(Table):
         rate: "quasi-static" lets loads advance only as fast as the rods follow in equilibrium, and follows a jump as
             overdamped motion under loads that stand still; times and speeds then only say how far loads are. "real"
             takes speeds and times, inertia and drag as the scene gives them.
+        until: "end" takes the step to its end whatever the knot does. "decided" ends the run as soon as the knot is no
+            longer what it was: it unravels, and nothing that follows changes that.
         driven: whether the kind drives ends.
         turning: whether it turns them.
         limit: its key that says how long it lasts at most.
@@ -132,6 +134,7 @@ class _Step(Table):
     friction_schedule: Annotated[tuple[FrictionPoint, ...], AfterValidator(_rising)] = ()
     must_hold: Flag = True
     rate: Literal["quasi-static", "real"] = "quasi-static"
+    until: Literal["end", "decided"] = "end"
 
     @property
     def real(self) -> bool:
@@ -308,12 +311,14 @@ class Release(_Step):
         duration: in real time, at most [s].
         kinetic_over_elastic: in real time, at rest once the kinetic energy is below this fraction of the elastic one.
         must_hold: by default an unravelled knot is a result, no error.
+        until: by default the run ends once the knot has unravelled.
     """
 
     kind: Literal["release"]
     duration: PositiveDuration
     kinetic_over_elastic: Annotated[Number, Field(gt=0.0)] = 1e-6
     must_hold: Flag = False
+    until: Literal["end", "decided"] = "decided"
 
 
 Step = Annotated[Relax | Pull | Turn | Load | Hold | Release, Field(discriminator="kind")]

@@ -1,0 +1,1 @@
+"""Does the knot hold: crossings in contact, travel through them, the locking unit, the verdict, the failure mode."""

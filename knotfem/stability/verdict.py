@@ -1,0 +1,69 @@
+"""The verdict of a run: does the knot hold, slip or unravel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+Verdict = Literal["holds", "slips", "unravels", "undecided"]
+
+SLIP_OVER_DIAMETER = 1.0
+"""A rod that runs through its knot by more slips, unless it comes to rest."""
+SLIP_RATE = 0.5
+"""In a pull the knot slips where this fraction of the last displacement or more runs through it."""
+RATE_OVER_DIAMETER = 2.0
+"""The last displacement: so much of a pull."""
+
+
+@dataclass(frozen=True)
+class Signs:
+    """What tells whether a knot holds.
+
+    Attributes:
+        lost: what has come undone, in words; "" where the knot is what it was.
+        at_rest: whether the rods came to rest under loads that stood still.
+        through: length of rod that ran through the knot since the step began [mm].
+        rate: fraction of the last displacement of a driven end that ran through the knot; nan where none is driven, or
+            where it has not been driven so far.
+        diameter: of the thinnest rod [mm].
+    """
+
+    lost: str
+    at_rest: bool
+    through: float
+    rate: float
+    diameter: float
+
+
+def verdict_of(signs: Signs) -> Verdict:
+    """The verdict.
+
+    - *unravels*: the knot is no longer what it was.
+    - *holds*: it is what it was, and came to rest under the load, or resists the end of the pull.
+    - *slips*: it is what it was, but the rod runs through it.
+    - *undecided*: none of these showed before the run ended.
+    """
+    if signs.lost:
+        return "unravels"
+    if signs.at_rest:
+        return "holds"
+    if signs.rate == signs.rate:
+        return "slips" if signs.rate >= SLIP_RATE else "holds"
+    return "slips" if signs.through > SLIP_OVER_DIAMETER * signs.diameter else "undecided"
+
+
+def in_words(verdict: Verdict, signs: Signs, mode: str) -> str:
+    """The verdict as a sentence."""
+    d = f"{signs.through / signs.diameter:.1f} diameters"
+    if verdict == "unravels":
+        slid = {"wrapping": "; the wrapping strand slipped first", "central": "; the central strands slipped first"}
+        return f"the knot unravels: {signs.lost}{slid.get(mode, '')}"
+    if verdict == "holds" and signs.at_rest:
+        return f"the knot holds: it came to rest under the load after {d} of rod had run through it"
+    if verdict == "holds":
+        return f"the knot holds: {100.0 * signs.rate:.0f} % of the last displacement ran through it"
+    if verdict == "slips" and signs.rate == signs.rate:
+        return f"the knot slips: {100.0 * signs.rate:.0f} % of the last displacement ran through it"
+    if verdict == "slips":
+        return f"the knot slips: {d} of rod ran through it, and it did not come to rest"
+    return f"undecided: the run ended before the knot came to rest or slipped, after {d} of rod had run through it"
