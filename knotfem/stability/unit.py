@@ -16,6 +16,8 @@ WINDOW_OVER_DIAMETER = 1.5
 """Curvature at a crossing is the mean over so long a part of the strand to either side of it."""
 LEAST_WRAP = 0.75 * math.pi
 """A strand that turns by less between its first and its last crossing wraps nothing."""
+LONGEST_LOOP = 3.0
+"""A rod meets itself after a loop where the loop is at most so many times as long as what wraps others in it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +166,9 @@ def _closes_loop(crossing: Crossing, number: int, roles: Sequence[_Role], margin
         return False
     low, high = crossing.places[0] + margin, crossing.places[1] - margin
     between = [r for r in roles if r.rod == crossing.rods[0] and low <= r.place <= high and r.crossing != number]
-    return bool(between) and all(role.wraps for role in between)
+    if len(between) < 2 or not all(role.wraps for role in between):
+        return False
+    return crossing.places[1] - crossing.places[0] <= LONGEST_LOOP * (between[-1].place - between[0].place)
 
 
 def _wrapping(

@@ -9,8 +9,9 @@ Verdict = Literal["holds", "slips", "unravels", "undecided"]
 
 SLIP_OVER_DIAMETER = 1.0
 """A rod that runs through its knot by more slips, unless it comes to rest."""
-SLIP_RATE = 0.5
-"""In a pull the knot slips where this fraction of the last displacement or more runs through it."""
+SLIP_RATE, HOLD_RATE = 0.9, 0.1
+"""In a pull the knot slips where at least the one fraction of the last displacement runs through it, and holds where at
+most the other one does; between them it tightens."""
 RATE_OVER_DIAMETER = 2.0
 """The last displacement: so much of a pull."""
 
@@ -39,16 +40,16 @@ def verdict_of(signs: Signs) -> Verdict:
     """The verdict.
 
     - *unravels*: the knot is no longer what it was.
-    - *holds*: it is what it was, and came to rest under the load, or resists the end of the pull.
+    - *holds*: it is what it was, and came to rest under the load; in a pull, the last displacement did not run through.
     - *slips*: it is what it was, but the rod runs through it.
-    - *undecided*: none of these showed before the run ended.
+    - *undecided*: none of these showed before the run ended; so ends a pull that tightens the knot.
     """
     if signs.lost:
         return "unravels"
     if signs.at_rest:
         return "holds"
     if signs.rate == signs.rate:
-        return "slips" if signs.rate >= SLIP_RATE else "holds"
+        return "slips" if signs.rate >= SLIP_RATE else "holds" if signs.rate <= HOLD_RATE else "undecided"
     return "slips" if signs.through > SLIP_OVER_DIAMETER * signs.diameter else "undecided"
 
 
@@ -60,10 +61,10 @@ def in_words(verdict: Verdict, signs: Signs, mode: str) -> str:
         return f"the knot unravels: {signs.lost}{slid.get(mode, '')}"
     if verdict == "holds" and signs.at_rest:
         return f"the knot holds: it came to rest under the load after {d} of rod had run through it"
-    if verdict == "holds":
-        return f"the knot holds: {100.0 * signs.rate:.0f} % of the last displacement ran through it"
-    if verdict == "slips" and signs.rate == signs.rate:
-        return f"the knot slips: {100.0 * signs.rate:.0f} % of the last displacement ran through it"
+    last = f"{100.0 * signs.rate:.0f} % of the last displacement ran through it" if signs.rate == signs.rate else ""
+    if last:
+        said = {"holds": "the knot holds", "slips": "the knot slips"}.get(verdict, "undecided, the knot still tightens")
+        return f"{said}: {last}"
     if verdict == "slips":
         return f"the knot slips: {d} of rod ran through it, and it did not come to rest"
     return f"undecided: the run ended before the knot came to rest or slipped, after {d} of rod had run through it"
