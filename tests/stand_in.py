@@ -51,6 +51,7 @@ class StandIn:
         return self.workers - len(self._queue)
 
     def submit(self, job: Job, *, priority: float = 0.0) -> None:
+        job.prepare()
         self.order.append(job.name)
         self.jobs[job.name] = job
         self._queue.append(job)

@@ -149,10 +149,8 @@ class Jobs:
 
     def _job(self, level: Level) -> Job:
         run, scene = self.run_of(level), self.scene_of(level)
-        if not RunDirectory.is_run(run.path):
-            RunDirectory.create(scene, run.path)
         limit = None if self.deadline == float("inf") else max(self.deadline - time.monotonic(), 1.0)
-        return Job(level.name, run, time_limit=limit, memory_mb=expected_memory_mb(scene))
+        return Job(level.name, run, scene, time_limit=limit, memory_mb=expected_memory_mb(scene))
 
     def _ended(self, level: Level, ended: Ended) -> None:
         outcome = self.outcomes[level.name] = ended.outcome

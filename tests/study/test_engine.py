@@ -8,6 +8,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
 
@@ -47,7 +48,8 @@ def undisturbed() -> kf.Run:
 
 
 def job(folder: Path, name: str = "knot", **changed: Any) -> Job:
-    return Job(name, RunDirectory.create(kf.load_scene("overhand", {**KNOT, **changed}), folder / "runs" / name))
+    scene = kf.load_scene("overhand", {**KNOT, **changed})
+    return Job(name, RunDirectory(folder / "runs" / name), scene)
 
 
 def same_forces(ended: Ended, run: kf.Run) -> bool:
@@ -153,7 +155,7 @@ def test_run_directory_travels_where_the_disk_is_not_shared(
     with Engine(tmp_path, Scheduler(address), tell=lambda text: None) as engine:
         first, second = job(tmp_path), job(tmp_path, "limited")
         engine.submit(first)
-        engine.submit(Job("limited", second.run, time_limit=0.1))
+        engine.submit(replace(second, time_limit=0.1))
         found = {ended.job.name: ended for ended in engine.results()}
         assert found["knot"].outcome.state == "done"
         assert same_forces(found["knot"], undisturbed)

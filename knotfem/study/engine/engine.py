@@ -18,6 +18,7 @@ from knotfem.errors import Interrupted, InUse, KnotfemError, Stopped
 from knotfem.files import held, write_atomically
 from knotfem.run.directory import RunDirectory
 from knotfem.run.stop import StopRequest
+from knotfem.scene.model import Scene
 from knotfem.study.engine.orders import Order, Reply, pack, unpack
 from knotfem.study.engine.outcomes import CRASHED, Outcome
 from knotfem.study.engine.places import Place, page_of, workers_of
@@ -46,7 +47,8 @@ class Job:
 
     Attributes:
         name: of the run in its study.
-        run: its directory, made already, with a scene and perhaps checkpoints.
+        run: its directory, with a scene and perhaps checkpoints; a tied knot that it was branched from is one.
+        scene: with which the directory is made when the run is handed out; None where it is there already.
         goal: "tie" or "pull".
         time_limit: wall time after which it stops with a checkpoint [s], or none.
         memory_mb: that it is expected to take; on this machine it waits until there is so much.
@@ -54,9 +56,15 @@ class Job:
 
     name: str
     run: RunDirectory
+    scene: Scene | None = None
     goal: str = "pull"
     time_limit: float | None = None
     memory_mb: float = 0.0
+
+    def prepare(self) -> None:
+        """Make the run directory if it is not there."""
+        if self.scene is not None and not RunDirectory.is_run(self.run.path):
+            RunDirectory.create(self.scene, self.run.path)
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,13 +115,15 @@ class Engine:
         folder: of the study; made if it is not there, and held against other processes meanwhile.
         place: where the workers are.
         tell: told what a user should know.
+        eager: whether a worker gets what waits as soon as its run has ended, before that run is yielded: no worker
+            waits for whoever takes the results, but what they call for comes one run later.
 
     Raises:
         InUse: on entering: another process is at work on the folder.
     """
 
-    def __init__(self, folder: Path, place: Place, *, tell: Callable[[str], None]) -> None:
-        self.folder, self.place, self.tell = folder.resolve(), place, tell
+    def __init__(self, folder: Path, place: Place, *, tell: Callable[[str], None], eager: bool = False) -> None:
+        self.folder, self.place, self.tell, self.eager = folder.resolve(), place, tell, eager
         self.study = uuid.uuid4().hex
         self._stop = StopRequest()
         self._stack = ExitStack()
@@ -216,11 +226,16 @@ class Engine:
             error = self._stop.error()
             raise (Interrupted if isinstance(error, Interrupted) else Stopped)(RESUME)
         self._hand_out()
+        for _, _, job in heapq.nsmallest(self._workers, self._waiting):
+            job.prepare()  # while the workers work
         try:
             future = self._ended.get(timeout=timeout)
         except queue.Empty:
             return None
-        return self._take(future)
+        ended = self._take(future)
+        if self.eager:
+            self._hand_out()
+        return ended
 
     def _connected(self) -> Client:
         if self._client is None:
@@ -259,6 +274,7 @@ class Engine:
             if self._out and self._crowded(job):
                 return
             heapq.heappop(self._waiting)
+            job.prepare()
             self._send(_Out(job, _newest(job.run), began=time.monotonic()))
 
     def _crowded(self, job: Job) -> bool:

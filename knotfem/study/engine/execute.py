@@ -133,7 +133,7 @@ def execute(order: Order) -> Reply:
             return Reply(state, reason, code, address, *spent, files)
         finally:
             RUNS.end(key)
-            gc.collect()
+            _free_memory()
 
 
 def _run(folder: Path, order: Order, asked: threading.Event) -> tuple[Any, str, int]:
@@ -183,6 +183,13 @@ def _fetch(order: Order, home: Path) -> Path:
         folder.mkdir(parents=True, exist_ok=True)
         unpack(order.files, folder)
     return folder
+
+
+def _free_memory() -> None:
+    """Let go of the models of the run; what was imported and compiled with the first run is never looked at again."""
+    gc.collect()
+    if not gc.get_freeze_count():
+        gc.freeze()
 
 
 def _use_threads(count: int) -> None:

@@ -86,7 +86,8 @@ class Points:
         known = len(self.outcomes)
         if known:
             self.progress.message(f"{known} of {len(self.planned)} points have a result already")
-        with Engine(self.folder, self.place, tell=self.progress.message) as engine:
+        eager = self.follow is None
+        with Engine(self.folder, self.place, tell=self.progress.message, eager=eager) as engine:
             write_atomically(self.folder / STUDY_FILE, self.asked.text)
             self._write("running")
             try:
@@ -126,11 +127,7 @@ class Points:
         return []
 
     def _job(self, entry: Planned) -> Job:
-        run = entry.run
-        if not RunDirectory.is_run(run.path):
-            assert entry.scene is not None, "points without a scene have an outcome"
-            run = RunDirectory.create(entry.scene, run.path)
-        return Job(entry.point.name, run, memory_mb=entry.memory_mb)
+        return Job(entry.point.name, entry.run, entry.scene, memory_mb=entry.memory_mb)
 
     def _ended(self, ended: Ended) -> None:
         entry = self._by_name[ended.job.name]
