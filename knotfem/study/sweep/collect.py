@@ -75,17 +75,12 @@ def _of_force(run: Run, what: Collected) -> Cell:
     table = run.table("force")
     if what.at is None:
         return float(table[what.column][-1])
-    displacement, values, before = [], [], 0.0
-    for step in run.scene.loading_steps:
-        rows = np.flatnonzero(table["step"] == step.name)
-        if isinstance(step, Pull):
-            displacement.append(before + table["displacement_mm"][rows])
-            values.append(table[what.column][rows])
-            before += step.displacement
-    went = np.concatenate(displacement)
+    pulls = [step.name for step in run.scene.loading_steps if isinstance(step, Pull)]
+    rows = np.isin(table["step"], pulls)
+    went, values = table["displacement_mm"][rows], table[what.column][rows]
     if not went[0] <= what.at <= went[-1] * (1.0 + 1e-9):
         return None
-    return float(np.interp(what.at, went, np.concatenate(values)))
+    return float(np.interp(what.at, went, values))
 
 
 def _of_tension(run: Run, what: Collected) -> Cell:

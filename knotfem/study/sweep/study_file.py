@@ -148,7 +148,7 @@ class Collected(Table):
     Attributes:
         table: "force" or "tension".
         column: of it.
-        at: displacement over all pulls [mm]; the last row by default.
+        at: displacement of the reported end [mm], in a pull; the last row by default.
         s_over_L: of "tension": place along the rod, or none for all of it.
         of: of "tension" without a place: what is taken of the values along the rod.
         rod: of "tension": its name; the first by default.
