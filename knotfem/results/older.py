@@ -30,7 +30,8 @@ def running(table: Arrays, force: Arrays) -> Arrays:
 
     Args:
         table: as it is read; one of this version, or without displacements, is given back as it is.
-        force: columns of force.csv, in which it runs on; other states, and those of its first time, are of earlier steps.
+        force: columns of force.csv, in which it runs on; other states, and those of its first time, are of steps
+            before.
     """
     if RUNNING in table or "displacement_mm" not in table or RUNNING not in force or not force["time_s"].size:
         return table
