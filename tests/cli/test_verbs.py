@@ -119,6 +119,19 @@ def test_pull_a_scene(calls: Calls) -> None:
     assert [(verb, run.path) for verb, _, run in calls] == [("pull", Path("a"))]
 
 
+def test_the_verdict_is_told_in_words(calls: Calls, monkeypatch: pytest.MonkeyPatch) -> None:
+    said = "the knot holds: it came to rest under the load after 0.1 diameters of rod had run through it"
+    drive = knotfem.api.drive
+
+    def judge(run: RunDirectory, *arguments: Any, **options: Any) -> None:
+        drive(run, *arguments, **options)
+        run.write_summary({"verdict": "holds", "verdict_evidence": {"in_words": said}, "failure_mode": "none"})
+
+    monkeypatch.setattr(knotfem.api, "drive", judge)
+    assert said in call("pull", "bowline").stderr
+    assert said not in call("pull", "bowline", "--quiet", "-o", "other").stderr
+
+
 def test_a_folder_that_is_no_run_does_not_hide_a_shipped_scene(calls: Calls) -> None:
     Path("bowline/runs").mkdir(parents=True)
     assert call("pull", "bowline", "-o", "out").exit_code == 0
