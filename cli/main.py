@@ -11,8 +11,8 @@ import click
 import knotfem
 
 VERBS = (
-    "scenes", "check", "tie", "pull", "tension", "resume", "render", "export", "compare", "cost", "sweep", "verify",
-    "doctor",
+    "scenes", "check", "tie", "pull", "tension", "resume", "render", "export", "compare", "cost", "sweep",
+    "stability", "verify", "doctor",
 )  # fmt: skip
 
 

@@ -42,6 +42,8 @@ if TYPE_CHECKING:
     from knotfem.scene.load import load_scene
     from knotfem.scene.model import Scene
     from knotfem.solver.term import Role, Term, TimeStep
+    from knotfem.study.stability.diagram import StabilityDiagram
+    from knotfem.study.stability.run import stability
     from knotfem.study.sweep.run import sweep
     from knotfem.study.sweep.table import StudyTable
 
@@ -74,20 +76,22 @@ _PLACES = {
     "Term": "knotfem.solver.term",
     "TimeStep": "knotfem.solver.term",
     "StudyTable": "knotfem.study.sweep.table",
+    "StabilityDiagram": "knotfem.study.stability.diagram",
+    "stability": "knotfem.study.stability.run",
     "sweep": "knotfem.study.sweep.run",
 }
 _MODULES = {"theory": "knotfem.theory"}
 
 __all__ = [
     "Comparison", "Foot", "InputError", "Interrupted", "KnotLost", "KnotfemError", "Material", "MissingDependency",
-    "NotConverged", "Obstacle", "RigidSurface", "Role", "Run", "Scene", "Stopped", "StudyTable", "Term", "TimeStep",
-    "TimeStepDone", "__version__", "check", "compare", "export", "load_scene", "open_run", "pull", "resume",
-    "steps", "sweep", "theory", "tie",
+    "NotConverged", "Obstacle", "RigidSurface", "Role", "Run", "Scene", "StabilityDiagram", "Stopped", "StudyTable",
+    "Term", "TimeStep", "TimeStepDone", "__version__", "check", "compare", "export", "load_scene", "open_run", "pull",
+    "resume", "stability", "steps", "sweep", "theory", "tie",
 ]  # fmt: skip
 
 
 class _Package(ModuleType):
-    """Keeps the verb `tie` what it is when the subpackage of that name is imported."""
+    """Keeps the verbs `stability` and `tie` what they are when the subpackages of these names are imported."""
 
     def __setattr__(self, name: str, value: object) -> None:
         if not (name in _PLACES and isinstance(value, ModuleType)):

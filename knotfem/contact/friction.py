@@ -51,12 +51,15 @@ class FrictionView(Protocol):
     Attributes:
         slip: distance of the contact from its anchor [mm], shape [contacts].
         traction: friction force on the secondary surface [N], shape [contacts, 3].
+        stick: distance over which friction is mobilised [mm].
     """
 
     @property
     def slip(self) -> np.ndarray: ...
     @property
     def traction(self) -> np.ndarray: ...
+    @property
+    def stick(self) -> float: ...
 
 
 class FrictionLaw(Protocol):
@@ -156,6 +159,10 @@ class Friction(Term):
 
     def commit(self, x: np.ndarray) -> None:
         self.law.commit(x, self.contact, self.view)
+
+    def slip(self) -> float:
+        rubbing = self.view.traction.any(axis=1)
+        return float(max(self.view.slip[rubbing].max(initial=0.0) - self.view.stick, 0.0))
 
     def history(self) -> Arrays:
         rows = {name: row.copy() for name, row in self._rows.items()} if self._remembers else {}

@@ -87,9 +87,9 @@ def duration_of(step: Step) -> float:
 
 
 def _quasi_static(model: Model, loads: StepController, floor: float) -> QuasiStatic:
-    solver, tolerance = model.scene.solver, model.scene.quasi_static.tolerance
-    move = model.scene.quasi_static.settling_move_over_diameter * model.diameter
-    pacing = QuasiStatic(loads, model.mass, model.force_scale, tolerance, floor, move)
+    solver, rule, d = model.scene.solver, model.scene.quasi_static, model.diameter
+    move, slip = rule.settling_move_over_diameter * d, rule.settling_slip_over_diameter * d
+    pacing = QuasiStatic(loads, model.mass, model.force_scale, rule.tolerance, floor, move, slip)
     return replace(pacing, shortest=pacing.hurry**solver.max_cutbacks)
 
 

@@ -55,7 +55,7 @@ class Solver(Table):
     linear: Literal["auto", "pardiso", "superlu"] = "auto"
     force_tolerance: PositiveForce = 1e-5
     move_over_diameter: Annotated[Number, Field(gt=0.0)] = 0.5
-    max_iterations: Annotated[Integer, Field(ge=1)] = 30
+    max_iterations: Annotated[Integer, Field(ge=1)] = 15
     max_cutbacks: Annotated[Integer, Field(ge=0)] = 12
     threads: Annotated[Integer, Field(ge=0)] = 0
     time_limit: PositiveDuration | None = None

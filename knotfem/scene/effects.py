@@ -111,11 +111,14 @@ class QuasiStatic(Table):
         tolerance: largest fraction of the load that drag may carry in a state of equilibrium; the balance itself
             limits it from below, see `solver.force_tolerance`.
         settling_move_over_diameter: largest move of a node that a step aims at where loads stand still and the rods
-            settle. Where friction leaves a loose knot depends on the path there, which smaller steps follow closer.
+            settle.
+        settling_slip_over_diameter: likewise, longest slip of contacts. Where friction leaves a loose knot depends on
+            the path there, which smaller steps follow closer; motion without slip leaves no trace.
     """
 
-    tolerance: Annotated[Number, Field(gt=0.0, le=0.1)] = 0.002
+    tolerance: Annotated[Number, Field(gt=0.0, le=0.1)] = 0.0002
     settling_move_over_diameter: Annotated[Number, Field(gt=0.0, le=2.0)] = 0.5
+    settling_slip_over_diameter: Annotated[Number, Field(gt=0.0, le=2.0)] = 0.02
 
 
 class Inertia(Table):

@@ -238,6 +238,10 @@ class System:
             self.clock.run(term.name, term.assemble, x, result, None)
         return result
 
+    def slip(self) -> float:
+        """Longest slip of a contact in the last accepted step, beyond the stick distance [mm]."""
+        return max((term.slip() for term in self.having(Role.FRICTION)), default=0.0)
+
     def largest_load(self, x: np.ndarray, residual: np.ndarray) -> float:
         """Size of the largest force on an end of a rod [N], a reaction or a load.
 

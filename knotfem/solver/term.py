@@ -173,6 +173,10 @@ class Term:
         """Work taken in the last accepted step [N mm] where the term knows it; None to take it from its forces."""
         return None
 
+    def slip(self) -> float:
+        """Longest slip of a contact in the last accepted step, beyond the stick distance [mm]."""
+        return 0.0
+
     def history(self) -> Arrays:
         """Copies of its history variables."""
         return {}

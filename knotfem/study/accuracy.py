@@ -181,7 +181,7 @@ def _figures(scene: Scene, setting: Setting) -> list[str]:
         *penalty,
         f"tolerance {_tolerance(scene, setting):.4g} N",
         *([] if setting.rate is None else [f"at most {setting.rate:.3g} of the load carried by drag"]),
-        *([] if setting.settling is None else [f"settling by {setting.settling:.3g} d a step"]),
+        *([] if setting.settling is None else [f"slip of {setting.settling:.3g} d in a step that settles"]),
     ]
 
 
@@ -200,7 +200,7 @@ def _applied(scene: Scene, setting: Setting) -> list[str]:
     ]
     later = {
         "quasi_static.tolerance": setting.rate,
-        "quasi_static.settling_move_over_diameter": setting.settling,
+        "quasi_static.settling_slip_over_diameter": setting.settling,
         "contact.line_stiffness_over_hertz": setting.line_stiffness,
         "contact.ramp_over_diameter": setting.ramp,
     }

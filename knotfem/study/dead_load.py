@@ -108,6 +108,18 @@ def dead_load(
     return load_scene(scene, changes)
 
 
+def free_directions(source: str | Path | Scene, overrides: Overrides, direction: Sequence[float]) -> Directions:
+    """One direction for all ends that `dead_load` lets go by default.
+
+    Raises:
+        InputError: it is not a direction, or the scene has no loaded or no free end.
+    """
+    if len(direction) != 3 or not any(direction):
+        raise InputError("no direction", key="direction", found=str(list(direction)), expected="three numbers")
+    scene = load_scene(source, overrides)
+    return {".".join(place): tuple(direction) for place in _free(scene, _loaded(scene))}
+
+
 def _tying(scene: Scene) -> list[dict[str, Any]]:
     steps = [step.model_dump(mode="json", exclude_none=True) for step in scene.tying_steps]
     return steps or [{"kind": "relax"}]

@@ -34,7 +34,7 @@ class Setting:
         element: formulation.
         section_elements: of the cross-section.
         element_length, move, tolerance, stiffness, sample_spacing, stick: without dimension.
-        rate, settling: tolerance and move of `scene.QuasiStatic`; None where no quasi-static steps were measured.
+        rate, settling: tolerance and slip of `scene.QuasiStatic`; None where no quasi-static steps were measured.
         line_stiffness, ramp: of contact; None where others than the scene's own were not thought of.
     """
 
@@ -181,7 +181,7 @@ def _dimensionless(scene: Scene) -> dict[str, Any]:
         "sample_spacing": contact.sample_spacing_over_diameter,
         "stick": contact.stick_over_diameter,
         "rate": scene.quasi_static.tolerance,
-        "settling": scene.quasi_static.settling_move_over_diameter,
+        "settling": scene.quasi_static.settling_slip_over_diameter,
         "line_stiffness": contact.line_stiffness_over_hertz,
         "ramp": contact.ramp_over_diameter,
     }

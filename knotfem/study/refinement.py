@@ -28,7 +28,7 @@ SIZES = {
     "sampling": (2.0, 0.5),
     "stick": (2.0, 0.5),
     "rate": (10.0, 0.1),
-    "settling": (2.0, 0.5, 0.25),
+    "settling": (5.0, 0.2),
 }
 """Refinement levels of the series that change one number, in units of the scene's own; errors fall with them."""
 SERIES = ("section", *SIZES, "uniform", "element", "model", "chosen")
@@ -95,7 +95,7 @@ def _sizes(scene: Scene) -> tuple[float, ...]:
         1.0 / mesh.section_elements, mesh.element_length, solver.move_over_diameter, solver.force_tolerance,
         1.0 / contact.stiffness_over_modulus, 1.0 / contact.line_stiffness_over_hertz, contact.ramp_over_diameter,
         contact.sample_spacing_over_diameter, contact.stick_over_diameter,
-        scene.quasi_static.tolerance, scene.quasi_static.settling_move_over_diameter,
+        scene.quasi_static.tolerance, scene.quasi_static.settling_slip_over_diameter,
     )  # fmt: skip
 
 
@@ -174,7 +174,7 @@ _CHANGES: dict[str, Callable[[Scene, float], tuple[str, ...]]] = {
     "stick": lambda scene, size: (f"contact.stick_over_diameter={size * scene.contact.stick_over_diameter!r}",),
     "rate": lambda scene, size: (f"quasi_static.tolerance={size * scene.quasi_static.tolerance!r}",),
     "settling": lambda scene, size: (
-        f"quasi_static.settling_move_over_diameter={size * scene.quasi_static.settling_move_over_diameter!r}",
+        f"quasi_static.settling_slip_over_diameter={size * scene.quasi_static.settling_slip_over_diameter!r}",
     ),
 }
 

@@ -1,6 +1,7 @@
 """What contacts remember goes through `history` and `load` alone, by all four laws of friction."""
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -138,3 +139,14 @@ def test_empty_history_is_that_with_which_a_term_begins(make):
     again = take(terms, places[0], places[1], CONDITIONS[0])
     assert again[0] == first[0]
     assert bits(again[1]) == bits(first[1])
+
+
+def test_slip_is_the_distance_that_a_step_drags_contacts(make):
+    """The first step lies within the stick distance in part; from then on contacts follow what drags them."""
+    terms, x = make()
+    places = path(x, 6)
+    take(terms, x, x, Conditions())
+    assert terms[-1].slip() == 0.0
+    for pair in pairwise(places):
+        take(terms, *pair, Conditions())
+    assert terms[-1].slip() == pytest.approx(np.hypot(0.07, 0.11), rel=0.15)

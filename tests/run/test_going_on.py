@@ -95,7 +95,7 @@ def test_an_edited_curve_is_refused(stopped: RunDirectory) -> None:
 
 
 def test_settings_and_records_may_be_edited(stopped: RunDirectory) -> None:
-    edit(stopped, "max_iterations = 30", "max_iterations = 40")
+    edit(stopped, "max_iterations = 15", "max_iterations = 40")
     edit(stopped, "description = ", 'description = "mine" # ')
     assert kf.resume(stopped.path, progress=False).force.displacement[-1] == pytest.approx(2.0)
 

@@ -33,7 +33,7 @@ AFTER = 2.0 / np.sqrt(3.0)
 
 def pacing(mass: float = 1e-6, tolerance: float = 0.002, **changed) -> QuasiStatic:
     """Of a point."""
-    return replace(QuasiStatic(LOADS, mass, 1.0, tolerance, 1e-6, LOADS.move), **changed)
+    return replace(QuasiStatic(LOADS, mass, 1.0, tolerance, 1e-6, LOADS.move, 0.02), **changed)
 
 
 def snapping(spring, push, rule: QuasiStatic, mass: float = 1e-6, end: float = 1.0):
@@ -150,6 +150,15 @@ def test_a_failure_while_loads_stand_still_adds_drag():
     assert found is not None
     assert (found.dt, found.advance) == (pytest.approx(3e-4), 0.01)
     assert rule.after_failure(replace(pace, dt=rule.first_dt * 1e-8), Trial(0.0, False, rule.first_dt * 1e-8)) is None
+
+
+@pytest.mark.parametrize(
+    ("moved", "slip", "factor"), [(0.4, 0.0, 0.5), (0.1, 0.0, 2.0), (0.1, 0.04, 0.5), (0.01, 0.001, 2.5)]
+)
+def test_settling_aims_at_a_move_and_at_a_slip(moved, slip, factor):
+    pace, trial = Pace(0.01, settling=True, dt=1e-3), Trial(0.0, False, 1e-3)
+    found = pacing().after_success(pace, trial, Outcome(4, moved, 0, 1.0, 1.0, slip))
+    assert found.dt == pytest.approx(factor * trial.dt)
 
 
 def test_a_failure_while_loads_advance_adds_drag_faster_than_it_cuts_the_advance():

@@ -29,8 +29,8 @@ COARSE = Setting(
     48.0,
     0.125,
     1 / 60,
-    0.002,
-    0.5,
+    0.0002,
+    0.02,
 )
 FINE = replace(COARSE, level="uniform-48", error=0.006, cpu_s=900.0, section_elements=48, element_length=1 / 6)
 REDUCED = replace(COARSE, level="model-rod", error=0.03, cpu_s=2.0, model="rod")
@@ -135,7 +135,7 @@ def test_settings_are_applied_and_recorded():
     assert says.startswith(
         "2.00% in the force: settings of uniform-48 (model fem, element hex8, "
         "section of 48 elements, slices of 0.167 d, step 0.5 d, penalty 48, tolerance 1.026e-05 N, "
-        "at most 0.002 of the load carried by drag, settling by 0.5 d a step), "
+        "at most 0.0002 of the load carried by drag, slip of 0.02 d in a step that settles), "
         "measured on bowline against the reference of the model fem"
     )
     assert "error 0.60% +- 0.50%, 60 s there (Model T, 2 processors) for a pull of 16.5 d" in says
@@ -162,8 +162,8 @@ def test_what_equilibrium_means_is_taken_from_the_measurement(monkeypatch):
     monkeypatch.setattr(accuracy, "stored", lambda: [record("bowline", replace(COARSE, rate=0.001, settling=0.25))])
     overrides, says = accurate_overrides("bowline", [], "5%")
     found = load_scene("bowline", overrides).quasi_static
-    assert (found.tolerance, found.settling_move_over_diameter) == (0.001, 0.25)
-    assert "at most 0.001 of the load carried by drag, settling by 0.25 d a step" in says
+    assert (found.tolerance, found.settling_slip_over_diameter) == (0.001, 0.25)
+    assert "at most 0.001 of the load carried by drag, slip of 0.25 d in a step that settles" in says
     with pytest.raises(InputError, match="--accuracy decides this"):
         accurate_overrides("bowline", ["quasi_static.tolerance=0.01"], "5%")
     real = ["steps.1.rate=real", "steps.1.speed=4 mm/s"]

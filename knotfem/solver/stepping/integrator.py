@@ -192,4 +192,5 @@ def _outcome(
     if not pacing.watches_balance:
         return Outcome(solution.iterations, moved, rejected)
     carried = sections.largest_sum(system.rate_forces(solution.x))
-    return Outcome(solution.iterations, moved, rejected, carried, system.largest_load(solution.x, solution.residual))
+    load = system.largest_load(solution.x, solution.residual)
+    return Outcome(solution.iterations, moved, rejected, carried, load, system.slip())

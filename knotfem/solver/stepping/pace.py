@@ -58,6 +58,7 @@ class Outcome:
         carried: largest force of viscous terms and inertia, summed up to any cross-section [N]; nan where the pacing
             does not ask for it.
         load: largest force on an end of a rod [N]; likewise.
+        slip: longest slip of a contact [mm]; likewise.
     """
 
     iterations: int
@@ -65,6 +66,7 @@ class Outcome:
     rejected: int
     carried: float = float("nan")
     load: float = float("nan")
+    slip: float = 0.0
 
 
 class Pacing(Protocol):

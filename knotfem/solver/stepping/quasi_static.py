@@ -31,6 +31,7 @@ class QuasiStatic:
         tolerance: largest fraction of the load that viscous terms and inertia carry in an equilibrium.
         floor: the balance itself is known no better than this [N].
         move: largest move of a node that a step aims at in which loads stand still [mm].
+        slip: longest slip of a contact that it aims at [mm].
         fraction: of that allowance which drag takes where the whole mass moves by the move that is aimed at. Ten times
             as much raises the bowline's last force by 1 %, a tenth changes it by less than 0.5 %.
         easy, leap: up to so many iterations the next advance is longer by this factor, so that the small steps after a
@@ -52,6 +53,7 @@ class QuasiStatic:
     tolerance: float
     floor: float
     move: float
+    slip: float
     fraction: float = 0.02
     easy: int = 3
     leap: float = 2.5
@@ -129,4 +131,6 @@ class QuasiStatic:
         factor = 1.0 if outcome.rejected else self.settle_grow
         if outcome.moved > 0.0:
             factor = min(factor, self.move / outcome.moved)
+        if outcome.slip > 0.0:
+            factor = min(factor, self.slip / outcome.slip)
         return factor * trial.dt

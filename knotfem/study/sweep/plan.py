@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from knotfem.scene.load import load_scene
 from knotfem.scene.model import Scene
 from knotfem.shipped import scene_names
 from knotfem.study.engine.outcomes import Outcome, known_outcome
+from knotfem.study.engine.places import Place
 from knotfem.study.sweep.axes import Point, points_of
 from knotfem.study.sweep.study_file import Study
 from knotfem.study.sweep.table import RUNS
@@ -100,3 +101,36 @@ def _planned(study: Study, point: Point, folder: Path) -> Planned | tuple[Point,
 def _refused(point: Point, error: InputError, folder: Path) -> Planned:
     outcome = Outcome("failed", str(_placed(error, None)), error.exit_code)
     return Planned(point, RunDirectory(folder / RUNS / point.name), None, outcome)
+
+
+def cost_of(planned: Sequence[Planned], folder: Path, place: Place) -> dict[str, Any]:
+    """What points would take that have no outcome yet.
+
+    Args:
+        planned: all points.
+        folder: of the study.
+        place: where they are computed.
+    """
+    left = [entry for entry in planned if entry.outcome is None]
+    refused = {entry.point.name: entry.outcome.reason for entry in planned if entry.outcome and entry.scene is None}
+    hours = sum(entry.seconds for entry in left) / 3600.0
+    longest = max((entry.seconds for entry in left), default=0.0) / 3600.0
+    largest = sorted((entry.memory_mb for entry in left), reverse=True)[: place.slots]
+    found = {
+        "folder": str(folder),
+        "points": len(planned),
+        "runs": len(left),
+        "known already": len(planned) - len(left) - len(refused),
+        "no valid scene": refused,
+        "runs at a time": place.slots,
+        "expected_hours": _short(max(hours / place.slots, longest)),
+        "expected_cpu_hours": _short(hours),
+        "expected_memory_mb": round(sum(largest)),
+        "expected_memory_mb_of_a_run": round(max(largest, default=0.0)),
+    }
+    script = place.job_script()
+    return found if script is None else {**found, "job_script": script}
+
+
+def _short(hours: float) -> float:
+    return float(f"{hours:.2g}")

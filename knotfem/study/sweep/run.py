@@ -11,7 +11,7 @@ from knotfem.errors import InputError
 from knotfem.scene.load import Overrides
 from knotfem.study.engine.places import Place, place_of
 from knotfem.study.progress import StudyProgress, study_progress
-from knotfem.study.sweep.plan import Planned, plan
+from knotfem.study.sweep.plan import cost_of, plan
 from knotfem.study.sweep.points import Asked, Points
 from knotfem.study.sweep.study_file import Study, read_study, study_text
 from knotfem.study.sweep.table import StudyTable
@@ -70,23 +70,7 @@ def estimate(
     wanted = read_study(study, overrides)
     folder = folder_of(study, wanted, out)
     planned = plan(wanted, folder, None if isinstance(study, Mapping) else study)
-    left = [entry for entry in planned if entry.outcome is None]
-    hours = sum(entry.seconds for entry in left) / 3600.0
-    largest = sorted((entry.memory_mb for entry in left), reverse=True)[: place.slots]
-    found = {
-        "folder": str(folder),
-        "points": len(planned),
-        "runs": len(left),
-        "known already": len(planned) - len(left) - sum(entry.scene is None for entry in planned),
-        "no valid scene": {entry.point.name: entry.outcome.reason for entry in planned if _refused(entry)},  # pyright: ignore[reportOptionalMemberAccess]
-        "runs at a time": place.slots,
-        "expected_hours": _short(max(hours / place.slots, max((e.seconds for e in left), default=0.0) / 3600.0)),
-        "expected_cpu_hours": _short(hours),
-        "expected_memory_mb": round(sum(largest)),
-        "expected_memory_mb_of_a_run": round(max(largest, default=0.0)),
-    }
-    script = place.job_script()
-    return found if script is None else {**found, "job_script": script}
+    return cost_of(planned, folder, place)
 
 
 def folder_of(study: str | Path | Mapping[str, Any], wanted: Study, out: str | Path | None) -> Path:
@@ -104,11 +88,3 @@ def folder_of(study: str | Path | Mapping[str, Any], wanted: Study, out: str | P
     if folder.is_file():
         raise InputError("this is a file", file=folder, expected="a folder for the study")
     return folder
-
-
-def _refused(entry: Planned) -> bool:
-    return entry.scene is None
-
-
-def _short(hours: float) -> float:
-    return float(f"{hours:.2g}")

@@ -1,0 +1,103 @@
+"""`knotfem stability`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from knotfem_cli.common import Verb, engine_options, facts, output_option, shared_options
+
+
+@click.command(cls=Verb)
+@click.argument("scene")
+@output_option
+@click.option("--friction", metavar="NUMBERS", help='Coefficients, such as "0.1, 0.15" or "0:0.4:9" (the default).')
+@click.option("--x", metavar="NUMBERS", help='B/(T0 r^2), "5, 6, 7.4, 9.1, 13.9, 25" by default.')
+@click.option("--model", "models", type=click.Choice(["fem", "rod"]), multiple=True,
+              help="Hexahedra or discrete rods; repeatable, drawn over each other.")  # fmt: skip
+@click.option("--boundary", type=float, is_flag=False, flag_value=0.01, metavar="[WIDTH]",
+              help="Find the boundary by bisection, to 0.01 unless told otherwise.")  # fmt: skip
+@click.option("--lowered", is_flag=True, help="Find it by friction that falls, too.")
+@click.option("--no-grid", is_flag=True, help="Only the boundary, between the smallest and the largest friction.")
+@click.option("--free-load", type=float, default=0.05, show_default=True, help="Load on a free end over T0.")
+@click.option("--direction", metavar="X,Y,Z", help="Of the load on the free ends; opposite to T0 by default.")
+@click.option("--ramp", metavar="TIME", help='T0 rises from 0, such as "10 s"; at once by default.')
+@click.option("--overlay", type=click.Path(path_type=Path), multiple=True, metavar="FOLDER",
+              help="Another stability study whose boundaries are drawn, too; repeatable.")  # fmt: skip
+@click.option("--dry-run", is_flag=True, help="Say how many runs and hours; run nothing.")
+@engine_options
+@shared_options
+def stability(
+    scene: str,
+    output: Path | None,
+    friction: str | None,
+    x: str | None,
+    models: tuple[str, ...],
+    boundary: float | None,
+    lowered: bool,
+    no_grid: bool,
+    free_load: float,
+    direction: str | None,
+    ramp: str | None,
+    overlay: tuple[Path, ...],
+    dry_run: bool,
+    processes: int | None,
+    scheduler: str | None,
+    cluster: Path | None,
+    overrides: tuple[str, ...],
+    quiet: bool,
+    log_format: str,
+) -> None:
+    """Find for which friction and load a knot holds.
+
+    Each point is a knot that comes to rest, bears T0 = B/(x r^2) with its free ends held, and then has them let go
+    under a small load, until it is at rest or has unravelled. The grid is that of the paper, 54 points, unless told
+    otherwise. Writes study.csv, boundary.csv, stability.png and, for a bowline, fit.json into the folder,
+    stability/NAME by default, and prints the folder. The same command goes on with a study that was stopped.
+
+    \b
+    Example:
+      knotfem stability bowline --model rod
+      knotfem stability bowline --model rod --no-grid --boundary --lowered -o boundary
+      knotfem stability clove-hitch --model rod --x 10,20,40 --boundary 0.02
+    """
+    from knotfem.files import json_line
+    from knotfem.study.dead_load import free_directions
+    from knotfem.study.engine.places import place_of
+    from knotfem.study.progress import study_progress
+    from knotfem.study.stability import run
+    from knotfem.study.stability.diagram import PICTURE, open_stability
+    from knotfem.study.stability.grid import FRICTION, STIFFNESS, numbers
+
+    given = {
+        "friction": FRICTION if friction is None else numbers(friction, "--friction"),
+        "x": STIFFNESS if x is None else numbers(x, "--x"),
+        "models": models,
+        "grid": not no_grid,
+        "boundary": boundary,
+        "lowered": lowered,
+        "free_load": free_load,
+        "ramp": ramp,
+    }
+    if direction is not None:
+        given["free"] = free_directions(scene, overrides, numbers(direction, "--direction"))
+    if dry_run:
+        asked = run.asked_of(scene, overrides, loaded=None, **{"free": None, **given})
+        found = asked.cost(run.folder_of(asked, output), place_of(processes, scheduler, cluster))
+        click.echo(json_line(found).rstrip() if log_format == "json" else facts(found))
+        return
+    diagram = run.stability(
+        scene, overrides, out=output, jobs=processes, scheduler=scheduler, cluster=cluster,
+        progress=study_progress(quiet=quiet, log_format=log_format), **given,
+    )  # fmt: skip
+    if overlay:
+        diagram.plot(diagram.path / PICTURE, {folder.name: open_stability(folder) for folder in overlay})
+    if log_format == "json":
+        rows = {name: values.tolist() for name, values in diagram.boundary.items()}
+        fits = diagram.fits() if diagram.bowline else {}
+        click.echo(json_line({"folder": diagram.path, "boundary": rows, "fits": fits}).rstrip())
+        return
+    if not quiet:
+        click.echo(diagram.text(), err=True)
+    click.echo(diagram.path)
