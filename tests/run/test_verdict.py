@@ -106,4 +106,6 @@ def test_where_the_knot_must_hold_its_loss_is_an_error():
     steps[-1]["must_hold"] = True
     with pytest.raises(kf.KnotLost, match="let-go: the hitch of rod has come undone") as raised:
         kf.pull(kf.load_scene(scene, {"steps": steps}), progress=False)
-    assert raised.value.run.verdict == "unravels"
+    run = raised.value.run
+    assert isinstance(run, kf.Run)
+    assert run.verdict == "unravels"

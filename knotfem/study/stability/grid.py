@@ -140,4 +140,4 @@ def numbers(text: str, key: str) -> tuple[float, ...]:
         raise InputError("not a list of numbers", key=key, found=text, expected=expected) from None
     if not found:
         raise InputError("no number", key=key, found=text, expected=expected)
-    return tuple(dict.fromkeys(found))
+    return tuple(found)

@@ -208,7 +208,7 @@ def asked_of(
     lowering = lowered if isinstance(lowered, Lowering) else Lowering()
     chosen = tuple(models) or (scene.model,)
     of = Grid(
-        scene, chosen, tuple(friction), tuple(x), loaded, free, free_load, lowering, ramp
+        scene, chosen, tuple(dict.fromkeys(friction)), tuple(dict.fromkeys(x)), loaded, free, free_load, lowering, ramp
     )  # fmt: skip
     settings = {
         "scene": scene.name, "models": list(chosen), "friction": list(friction), "x": list(x), "grid": grid,

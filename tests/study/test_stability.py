@@ -1,0 +1,153 @@
+"""Stability diagrams with an engine that computes nothing: a knot holds as a law says."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from stand_in import StandIn
+
+import knotfem as kf
+from knotfem.errors import InputError
+from knotfem.study.engine.engine import Job
+from knotfem.study.engine.outcomes import Outcome
+from knotfem.study.stability.diagram import open_stability
+from knotfem.study.stability.grid import numbers
+from knotfem.study.sweep import points as module
+from knotfem.theory import PAPER, critical_friction
+from knotfem_cli.main import knotfem_command
+
+LOADS = (7.4, 9.1, 13.9, 25.0)
+
+
+def judged(job: Job) -> Outcome:
+    """A bowline holds as the theory says; where friction falls, it is lost there and slips a little before."""
+    scene = job.run.scene
+    name = job.name.split("_")
+    threshold = float(critical_friction(float(name[1].removeprefix("x="))))
+    summary: dict[str, Any] = {"knot_before": "8_20", "verdict_evidence": {"at_rest": True}}
+    if scene.contact.friction < threshold or name[2] == "lowered":
+        at = min(scene.contact.friction, threshold)
+        evidence = {"at_rest": False, "lost": {"what": "gone", "friction": at}, "onset": {"friction": at + 0.004}}
+        summary |= {"verdict": "unravels", "failure_mode": "central", "verdict_evidence": evidence}
+    else:
+        summary |= {"verdict": "holds", "failure_mode": "none"}
+    job.run.write_summary(summary)
+    return Outcome("done")
+
+
+@pytest.fixture
+def engines(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[StandIn]:
+    used: list[StandIn] = []
+
+    def engine(folder: Path, *arguments: object, **others: object) -> StandIn:
+        folder.mkdir(exist_ok=True, parents=True)
+        used.append(StandIn(judged))
+        return used[-1]
+
+    monkeypatch.setattr(module, "Engine", engine)
+    monkeypatch.chdir(tmp_path)
+    return used
+
+
+def diagram(**options: Any) -> kf.StabilityDiagram:
+    return kf.stability("bowline", {"model": "rod"}, out="out", progress=False, **options)
+
+
+def test_the_grid_has_a_row_for_each_point(engines: list[StandIn]) -> None:
+    found = diagram(friction=(0.1, 0.3), x=(9.1, 25.0))
+    assert found.table["point"].tolist() == [
+        "rod_x=9.1_friction=0.3", "rod_x=25_friction=0.3", "rod_x=9.1_friction=0.1", "rod_x=25_friction=0.1",
+    ]  # fmt: skip
+    np.testing.assert_allclose(found.table["tension_N"][:2], [10.07 / 9.1, 10.07 / 25.0], rtol=1e-3)
+    assert found.table["verdict"].tolist() == ["holds", "holds", "unravels", "unravels"]
+    assert found.boundary["low"].tolist() == [0.1, 0.1]
+    assert found.bowline
+    with (found.path / "boundary.csv").open() as file:
+        assert next(csv.reader(file))[:5] == ["model", "protocol", "x", "tension_N", "friction"]
+
+
+def test_the_boundary_is_found_and_gives_back_the_law(engines: list[StandIn]) -> None:
+    found = diagram(grid=False, boundary=0.005, x=LOADS)
+    middle, half, x = found.boundary_of("rod")
+    assert (np.abs(middle - critical_friction(x)) <= half).all()
+    assert (half <= 0.0026).all()
+    fit = found.fits()["rod, kept"]
+    assert abs(fit["alpha"] - PAPER.alpha) < 3.0 * fit["alpha_error"]
+    assert abs(fit["beta"] - PAPER.beta) < 3.0 * fit["beta_error"]
+    assert len(engines[0].order) < 4 * 10
+
+
+def test_the_same_call_runs_nothing_again_and_another_takes_what_is_there(engines: list[StandIn]) -> None:
+    first = diagram(grid=False, boundary=0.05, x=(9.1,))
+    again = diagram(grid=False, boundary=0.05, x=(9.1,))
+    assert engines[1].order == []
+    np.testing.assert_array_equal(again.boundary["friction"], first.boundary["friction"])
+    diagram(grid=False, boundary=0.01, x=(9.1,))
+    assert not set(engines[2].order) & set(engines[0].order)
+
+
+def test_lowered_friction_gives_the_onset_and_the_loss(engines: list[StandIn]) -> None:
+    found = diagram(grid=False, lowered=True, x=(25.0,))
+    lost = float(critical_friction(25.0))
+    row = {name: values[0] for name, values in found.boundary.items()}
+    assert (row["model"], row["protocol"]) == ("rod", "lowered")
+    assert (row["low"], row["high"]) == (pytest.approx(lost), pytest.approx(lost + 0.004))
+
+
+def test_two_models_are_told_apart_and_read_again(engines: list[StandIn], tmp_path: Path) -> None:
+    found = diagram(friction=(0.1, 0.3), x=LOADS, models=("rod", "fem"))
+    again = open_stability(found.path)
+    assert again.boundary["model"].tolist() == ["fem"] * 4 + ["rod"] * 4
+    np.testing.assert_allclose(again.boundary["friction"], found.boundary["friction"])
+    again.plot(tmp_path / "both.svg", {"same": found})
+    drawn = (tmp_path / "both.svg").read_text()
+    for text in ("holds (fem)", "unravels, central strands slip (rod)", "same: rod, kept", "theory, central strands"):
+        assert text in drawn
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"friction": ()}, "friction"),
+        ({"x": (0.0,)}, "x"),
+        ({"boundary": 0.0}, "boundary"),
+        ({"boundary": 0.01, "friction": (0.1,)}, "nothing to bisect"),
+        ({"models": ("shell",)}, "no such model"),
+        ({"grid": False}, "nothing to run"),
+    ],
+)
+def test_wrong_arguments_are_refused(options: dict[str, Any], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        diagram(**options)
+
+
+def test_numbers_of_options() -> None:
+    assert numbers("0.1, 0.15 0.2", "--x") == (0.1, 0.15, 0.2)
+    assert numbers("0:0.4:9", "--x") == pytest.approx([0.05 * i for i in range(9)])
+    for text in ("", "a", "0:1", "1:2:x"):
+        with pytest.raises(InputError, match="--x"):
+            numbers(text, "--x")
+
+
+def test_the_verb(engines: list[StandIn]) -> None:
+    options = {"--model": "rod", "--x": "7.4,9.1,25", "--friction": "0:0.4:3", "--boundary": "0.02"}
+    call = ["stability", "bowline", *(word for option in options.items() for word in option)]
+    shown = CliRunner().invoke(knotfem_command, [*call, "--direction", "0,0,1", "-o", "out"])
+    assert shown.exit_code == 0, shown.output
+    assert "rod, friction kept, x = 25 (T0 = 0.4029 N): holds from" in shown.output
+    assert "alpha = " in shown.output
+    assert (Path("out") / "stability.png").stat().st_size > 10_000
+    scene = kf.load_scene("out/runs/rod_x=25_friction=0.4/scene.toml")
+    assert scene.steps[-1].all_ends()["rod", "end"].direction == (0.0, 0.0, 1.0)  # pyright: ignore[reportAttributeAccessIssue]
+    dry = CliRunner().invoke(knotfem_command, [*call, "--dry-run", "-o", "other"])
+    assert dry.exit_code == 0
+    assert "points                          9" in dry.output
+    assert not Path("other").exists()
+    wrong = CliRunner().invoke(knotfem_command, [*call[:4], "--x", "much"])
+    assert wrong.exit_code == 3
+    assert "--x" in wrong.output
