@@ -100,3 +100,32 @@ def test_environment_is_given_back(monkeypatch: pytest.MonkeyPatch) -> None:
         os.environ["LEFT_BY_DASK"] = "1"
     assert os.environ["OMP_NUM_THREADS"] == "7"
     assert not {"MKL_NUM_THREADS", "LEFT_BY_DASK"} & set(os.environ)
+
+
+def test_jobs_that_have_ended_are_asked_for_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[int] = []
+
+    class Cluster:
+        """A cluster that is asked for jobs."""
+
+        scheduler_address = "inproc://"
+
+        def scale(self, jobs: int) -> None:
+            asked.append(jobs)
+
+        def close(self) -> None:
+            asked.append(0)
+
+    place = place_of(cluster=written(tmp_path, FILE.format("slurm")))
+    assert isinstance(place, Jobqueue)
+    monkeypatch.setattr(ClusterFile, "make", lambda self: Cluster())
+    monkeypatch.setattr("distributed.Client", lambda *cluster, **options: Cluster())
+    place.renew()
+    with place.client():
+        place.renew()
+        assert asked == [3], "not so soon"
+        monkeypatch.setattr(places, "RENEW_EVERY", -1.0)
+        place.renew()
+        assert asked == [3, 3]
+    place.renew()
+    assert asked == [3, 3, 0, 0], "not after the end"

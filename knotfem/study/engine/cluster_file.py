@@ -130,8 +130,8 @@ class ClusterFile(Table):
             raise InputError(f"the cluster cannot be asked ({error})", key="--cluster") from None
 
     def scale(self, cluster: Any) -> None:
-        """Ask for the jobs."""
+        """Ask for the jobs that are not there; again for those that have ended."""
         if self.least_jobs is None:
             cluster.scale(jobs=self.jobs)
-        else:
+        elif getattr(cluster, "_adaptive", None) is None:
             cluster.adapt(minimum_jobs=self.least_jobs, maximum_jobs=self.jobs)

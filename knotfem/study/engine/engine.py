@@ -259,6 +259,7 @@ class Engine:
         self._looked = time.monotonic()
         if client.status != "running":
             raise self._lost()
+        self.place.renew()
         self._workers = self.place.slots if self.place.local else workers_of(client)
         if not self._workers and not self._told_waiting:
             self._told_waiting = True
@@ -266,7 +267,7 @@ class Engine:
 
     def _hand_out(self) -> None:
         """Give workers that have nothing to do what waits, as far as memory allows."""
-        if not self._waiting:
+        if not self.busy:
             return
         self._look()
         while self._waiting and len(self._out) < self._workers:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import multiprocessing
 import os
+import time
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
 
 CONNECT_TIMEOUT = 20.0
 """Seconds until a scheduler must have answered."""
+RENEW_EVERY = 20.0
+"""Seconds between requests for the jobs of a cluster; those that are there are not asked for again."""
 NUMBA = "NUMBA_NUM_THREADS"
 _GUARD = (
     "a script that runs a study starts processes that import the script again; "
@@ -48,6 +51,10 @@ class Place(ABC):
     @abstractmethod
     def slots(self) -> int:
         """Runs at a time that are expected, for estimates."""
+
+    def renew(self) -> None:
+        """Replace workers that have gone, where that does not happen by itself; called every few seconds."""
+        return
 
     def job_script(self) -> str | None:
         """The script of a cluster's jobs, or None."""
@@ -145,6 +152,8 @@ class Jobqueue(Place):
     """
 
     file: ClusterFile
+    _cluster: Any = field(default=None, init=False)
+    _asked: float = field(default=0.0, init=False)
 
     @property
     def slots(self) -> int:
@@ -157,28 +166,35 @@ class Jobqueue(Place):
         from distributed import Client
 
         with _silent():
-            cluster = self._cluster()
+            cluster = self._cluster = self.file.make()
             try:
-                self.file.scale(cluster)
+                self._ask()
                 client = Client(cluster, set_as_default=False)
                 try:
                     yield client
                 finally:
                     _quietly(client.close)
             finally:
+                self._cluster = None
                 _quietly(cluster.close)
+
+    def renew(self) -> None:
+        """Ask for jobs in the place of those that have ended, such as at their wall time."""
+        if self._cluster is not None and time.monotonic() - self._asked > RENEW_EVERY:
+            self._ask()
 
     def job_script(self) -> str:
         """As it would be submitted, but for the address of the scheduler."""
         with _silent():
-            cluster = self._cluster()
+            cluster = self.file.make()
             try:
                 return str(cluster.job_script())
             finally:
                 _quietly(cluster.close)
 
-    def _cluster(self) -> Any:
-        return self.file.make()
+    def _ask(self) -> None:
+        self.file.scale(self._cluster)
+        self._asked = time.monotonic()
 
 
 def place_of(
