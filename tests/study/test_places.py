@@ -51,6 +51,9 @@ def test_job_script(system: str, tmp_path: Path) -> None:
     place = place_of(cluster=written(tmp_path, FILE.format(system)))
     assert isinstance(place, Jobqueue)
     assert place.slots == 12
+    assert place.capacity(0) == 0
+    adaptive = place_of(cluster=written(tmp_path, f"least_jobs = 0\n{FILE.format(system)}"))
+    assert adaptive.capacity(0) == 12, "jobs are asked for as there is work"
     lines = place.job_script().splitlines()
     for header in HEADERS[system]:
         assert header in lines
@@ -80,6 +83,7 @@ def test_all_that_is_wrong_with_a_file(tmp_path: Path) -> None:
 
 def test_one_place_at_most() -> None:
     assert place_of() == Local()
+    assert (Local(3).capacity(2), Scheduler("tcp://a:1").capacity(2)) == (3, 2)
     assert place_of(scheduler="tcp://a:1") == Scheduler("tcp://a:1")
     with pytest.raises(InputError, match="more than one place"):
         place_of(jobs=2, scheduler="tcp://a:1")

@@ -260,8 +260,9 @@ class Engine:
         if client.status != "running":
             raise self._lost()
         self.place.renew()
-        self._workers = self.place.slots if self.place.local else workers_of(client)
-        if not self._workers and not self._told_waiting:
+        workers = workers_of(client)
+        self._workers = self.place.capacity(workers)
+        if not workers and not self._told_waiting:
             self._told_waiting = True
             self.tell("waiting for workers")
 

@@ -52,6 +52,14 @@ class Place(ABC):
     def slots(self) -> int:
         """Runs at a time that are expected, for estimates."""
 
+    def capacity(self, workers: int) -> int:
+        """Runs to hand out at a time.
+
+        Args:
+            workers: that the scheduler has now.
+        """
+        return workers
+
     def renew(self) -> None:
         """Replace workers that have gone, where that does not happen by itself; called every few seconds."""
         return
@@ -78,6 +86,10 @@ class Local(Place):
     def slots(self) -> int:
         """One a processor unless told otherwise."""
         return self.jobs or usable_threads()
+
+    def capacity(self, workers: int) -> int:
+        """A process that has died is started again."""
+        return self.slots
 
     @contextmanager
     def client(self) -> Iterator[Client]:
@@ -177,6 +189,10 @@ class Jobqueue(Place):
             finally:
                 self._cluster = None
                 _quietly(cluster.close)
+
+    def capacity(self, workers: int) -> int:
+        """Where jobs are asked for as there is work, there must be work for all of them first."""
+        return workers if self.file.least_jobs is None else max(workers, self.slots)
 
     def renew(self) -> None:
         """Ask for jobs in the place of those that have ended, such as at their wall time."""
