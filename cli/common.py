@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import math
+import sys
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -83,19 +85,30 @@ def engine_options(command: F) -> F:
     return command
 
 
+def plainly(error: OSError) -> InputError:
+    """The message for a file, or the output, that cannot be used, where no function has said more."""
+    place = error.filename or "the output"
+    return InputError(f"cannot be used ({error.strerror or error})", file=place)
+
+
 class Verb(click.Command):
     """Turns the errors that a user can meet into one message and an exit code."""
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the verb."""
         try:
-            return super().invoke(ctx)
-        except KnotfemError as error:
+            result = super().invoke(ctx)
+            sys.stdout.flush()
+            return result
+        except BrokenPipeError:
+            raise
+        except (KnotfemError, OSError) as caught:
+            error = plainly(caught) if isinstance(caught, OSError) else caught
             said = _in_options(error)
-            if ctx.params.get("log_format") == "json":
-                click.echo(json.dumps({"error": said, "exit_code": error.exit_code}), err=True)
-            else:
-                click.echo(f"knotfem: {said}", err=True)
+            as_json = ctx.params.get("log_format") == "json"
+            with suppress(OSError):
+                told = json.dumps({"error": said, "exit_code": error.exit_code}) if as_json else f"knotfem: {said}"
+                click.echo(told, err=True)
             ctx.exit(error.exit_code)
 
 

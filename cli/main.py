@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 import sys
+from contextlib import suppress
 from importlib import import_module
+from typing import IO
 
 import click
 
@@ -45,12 +47,30 @@ def main() -> None:
     """Run the command line and leave with its exit code."""
     try:
         code = knotfem_command.main(prog_name="knotfem", standalone_mode=False)
+        sys.stdout.flush()
     except click.ClickException as error:
-        error.show()
         code = error.exit_code
+        with suppress(OSError):
+            error.show()
     except (click.Abort, KeyboardInterrupt):
         code = 130
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         code = 0
+    except OSError as error:
+        from knotfem_cli.common import plainly
+
+        message = plainly(error)
+        code = message.exit_code
+        with suppress(OSError):
+            click.echo(f"knotfem: {message}", err=True)
+    for stream in (sys.stdout, sys.stderr):
+        _leave(stream)
     sys.exit(code)
+
+
+def _leave(stream: IO[str]) -> None:
+    """Let a stream that cannot be written fall silent, so that Python does not complain of it at the end."""
+    try:
+        stream.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())

@@ -1,11 +1,13 @@
 """The command as a process: help, exit codes, quick start."""
 
+import errno
 import subprocess
 import sys
 from pathlib import Path
 
 import click
 import pytest
+from click.testing import CliRunner
 
 from knotfem_cli import main as cli
 
@@ -75,7 +77,37 @@ def test_ends_without_a_traceback(
         raise error
 
     monkeypatch.setattr(cli.knotfem_command, "main", fail)
-    monkeypatch.setattr(cli.os, "dup2", lambda one, other: None)
     with pytest.raises(SystemExit) as caught:
         cli.main()
     assert caught.value.code == code
+    assert "Traceback" not in capfd.readouterr().err
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full")
+@pytest.mark.parametrize(
+    "arguments", [("--help",), ("pull", "--help"), ("scenes",), ("scenes", "--log-format", "json")]
+)
+def test_a_full_disk_under_the_output_is_one_message(arguments: tuple[str, ...]) -> None:
+    with Path("/dev/full").open("w") as full:
+        command = [sys.executable, "-m", "knotfem_cli", *arguments]
+        result = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, timeout=60, check=False)
+    assert result.returncode == 3
+    assert len(result.stderr.splitlines()) == 1
+    assert "the output: cannot be used (No space left on device)" in result.stderr
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full")
+def test_messages_that_nobody_can_read_do_not_change_the_exit_code(tmp_path: Path) -> None:
+    with Path("/dev/full").open("w") as full:
+        command = [sys.executable, "-m", "knotfem_cli", "resume", "nowhere"]
+        result = subprocess.run(command, stdout=full, stderr=full, cwd=tmp_path, timeout=60, check=False)
+    assert result.returncode == 3
+
+
+def test_a_file_of_which_no_function_has_said_what_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail() -> list[str]:
+        raise OSError(errno.EROFS, "Read-only file system", "there/study")
+
+    monkeypatch.setattr("knotfem.shipped.scene_names", fail)
+    result = CliRunner().invoke(cli.knotfem_command, ["scenes"])
+    assert (result.exit_code, result.stderr) == (3, "knotfem: there/study: cannot be used (Read-only file system)\n")
