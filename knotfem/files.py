@@ -58,7 +58,7 @@ def read_json(path: Path) -> dict[str, Any]:
         InputError: missing, unreadable or damaged.
     """
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = json.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise cannot_read(path, error) from None
     except ValueError as error:

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from knotfem.errors import InputError, MissingDependency
 from knotfem.files import write_atomically
+from knotfem.plot.fonts import literal, use_fonts_for, without_glyph_warnings
 from knotfem.types import Array
 
 if TYPE_CHECKING:
@@ -130,7 +131,7 @@ def plot_tension(
             axes.axhline(level, color="0.5", lw=0.8, ls="--")
         for colour, (label, table) in zip(_colours(curves), curves.items(), strict=True):
             s, tension = _column(table, "s_over_L"), _column(table, "tension_N") / applied
-            axes.plot(s, tension, color=colour, label=label or "nodal forces", zorder=3)
+            axes.plot(s, tension, color=colour, label=literal(label) or "nodal forces", zorder=3)
             if len(curves) == 1:
                 core, bulk = _column(table, "core_N") / applied, _column(table, "bulk_N") / applied
                 every = max(1, len(s) // 60)
@@ -193,9 +194,9 @@ def _draw_profiles(axes: Axes, profiles: Mapping[str, Mapping[str, Table]], *, n
         for rod, table in tables.items():
             axes.plot(_column(table, "s_over_L"), _column(table, "tension"), color=colour, ls=lines[rod])
         if named:
-            axes.plot([], [], color=colour, label=label)
+            axes.plot([], [], color=colour, label=literal(label))
     for rod, line in lines.items() if len(lines) > 1 else ():
-        axes.plot([], [], color="0.3", ls=line, label=rod)
+        axes.plot([], [], color="0.3", ls=line, label=literal(rod))
     axes.set(xlabel=r"arclength $s / L$", xlim=(0, 1))
     _legend(axes)
 
@@ -203,7 +204,7 @@ def _draw_profiles(axes: Axes, profiles: Mapping[str, Mapping[str, Table]], *, n
 def _draw_force(axes: Axes, curves: Mapping[str, Table], radius: float) -> None:
     for colour, (label, table) in zip(_colours(curves), curves.items(), strict=True):
         displacement, force = _column(table, "displacement_mm"), _column(table, "force_N")
-        axes.plot(displacement / radius, force, color=colour, label=label or None)
+        axes.plot(displacement / radius, force, color=colour, label=literal(label) or None)
     axes.set(xlabel=r"displacement $\delta / r$", ylabel=r"force $F$ (N)")
     axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
     above = axes.secondary_xaxis("top", functions=(lambda x: np.multiply(x, radius), lambda x: np.divide(x, radius)))
@@ -244,7 +245,9 @@ def _paper_panels(out: str | Path, title: str | None, count: int, *, width: floa
         if title:
             panels[0].set_title(title, fontsize=10)
         picture = BytesIO()
-        figure.savefig(picture, format=out.suffix[1:].lower())
+        use_fonts_for(figure)
+        with without_glyph_warnings():
+            figure.savefig(picture, format=out.suffix[1:].lower())
         write_atomically(out, picture.getvalue())
 
 

@@ -69,9 +69,10 @@ class ForceCurve:
     def plot(self, axes: Axes | None = None, **line: object) -> Axes:
         """Force [N] against displacement [mm]."""
         from knotfem.plot.axes import axes_for
+        from knotfem.plot.fonts import literal
 
         drawn = axes_for(axes)
-        drawn.plot(self.displacement, self.force, **{"label": self.label, **line})  # pyright: ignore[reportArgumentType]
+        drawn.plot(self.displacement, self.force, **{"label": literal(self.label), **line})  # pyright: ignore[reportArgumentType]
         for first, last in self.unbalanced:
             drawn.axvspan(first, last, color="0.9", zorder=0)
         drawn.set_xlabel("displacement [mm]")

@@ -134,6 +134,18 @@ def steps_of(scene: Scene, goal: str) -> tuple[Step, ...]:
     return scene.tying_steps if goal == "tie" else scene.steps
 
 
+def unheld(step: Step, scene: Scene) -> str:
+    """What may be wrong where not even the first balance of a step is found, in words; empty where nobody knows."""
+    relaxing = isinstance(step, Relax)
+    drag = 0.0 if scene.drag is None else scene.drag.rate_of(relaxing)
+    if not step.real or drag > 0.0 or scene.inertia.scheme_of(relaxing) != "quasi-static":
+        return ""
+    return (
+        "; this step goes in real time with neither drag nor inertia, so that nothing holds rods that are loose: "
+        'leave out rate = "real", or give inertia.scheme = "hht" or [drag] rate = "20 1/s"'
+    )
+
+
 class Simulation:
     """A scene, from the straight rods to its last step, or on from a checkpoint.
 
@@ -268,6 +280,9 @@ class Simulation:
         self._underway = underway
         try:
             yield from self._integrate(step, equations, underway)
+        except NotConverged as error:
+            hint = unheld(step, self.scene) if self.state.time == underway.origin.time else ""
+            raise NotConverged(f"{step.name}: {error}{hint}") from error
         finally:
             system.close()
 
@@ -322,7 +337,7 @@ class Simulation:
             if self.interrupt is not None:
                 self.interrupt()
         if step.real and isinstance(step, Relax):
-            raise NotConverged(f"{step.name}: not at rest after {step.longest:g} s")
+            raise NotConverged(f"not at rest after {step.longest:g} s")
 
     @property
     def _balance_anew(self) -> bool:

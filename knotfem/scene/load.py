@@ -125,7 +125,7 @@ def read_toml(path: Path) -> dict[str, Any]:
         InputError: it cannot be read or is no TOML.
     """
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except FileNotFoundError:
         raise InputError("no such file", file=path) from None
     except IsADirectoryError:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import knotfem as kf
-from knotfem.errors import InputError, Stopped
+from knotfem.errors import InputError, NotConverged, Stopped
 from knotfem.run.directory import RunDirectory
 from knotfem.run.driver import drive, goal_of
 from knotfem.run.process import this_process
@@ -141,3 +141,11 @@ def test_a_session_that_was_killed_is_told(stopped: RunDirectory) -> None:
     heard = Heard()
     drive(stopped, goal_of(stopped), heard)
     assert f"the last session did not end in order: process {status['pid']} ended without saying why" in heard.text
+
+
+def test_loose_rods_without_drag_and_inertia_are_told_what_to_give() -> None:
+    real = ("steps.0.rate=real", "inertia.scheme=quasi-static", "solver.max_cutbacks=1", "contact.enabled=true")
+    with pytest.raises(
+        NotConverged, match=r"^relax: no balance at time 0 s.*neither drag nor inertia.*\[drag\] rate ="
+    ):
+        kf.tie("overhand", [*QUICK, *real], progress=False)

@@ -386,3 +386,9 @@ def test_steps_of_hexahedra_are_not_too_long() -> None:
 def test_what_no_machine_holds_or_no_one_can_mean_is_refused(override: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         load_scene("overhand", [override])
+
+
+def test_a_byte_order_mark_is_no_statement(tmp_path: Path) -> None:
+    path = tmp_path / "marked.toml"
+    path.write_bytes(b"\xef\xbb\xbf" + shipped.scene_path("overhand").read_bytes())
+    assert load_scene(path).rods == load_scene("overhand").rods
