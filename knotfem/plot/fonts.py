@@ -10,6 +10,8 @@ from contextlib import contextmanager
 from functools import cache
 from typing import Any
 
+BOXES = "Last Resort"
+"""Fonts that have a box for every character."""
 _LOG = logging.getLogger("knotfem")
 
 
@@ -61,7 +63,7 @@ def fonts_for(characters: frozenset[str]) -> tuple[tuple[str, ...], frozenset[st
     wanted -= _characters(findfont(usual))
     families: list[str] = list(rcParams["font.family"])
     for entry in fontManager.ttflist if wanted else ():
-        found = wanted & _characters(entry.fname)
+        found = set() if entry.name.startswith(BOXES) else wanted & _characters(entry.fname)
         if found:
             families.append(entry.name)
             wanted -= found
