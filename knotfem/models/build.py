@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 
 from knotfem.errors import InputError
 from knotfem.models.base import Additions, Model
+from knotfem.models.centreline import pushed_inwards
 from knotfem.names import suggestion
 from knotfem.scene.model import Scene
+from knotfem.scene.plausible import unusual
 
 if TYPE_CHECKING:
     from knotfem.models.rod.initial import SourceRod
@@ -30,10 +32,13 @@ def build_model(scene: Scene, additions: Additions | None = None, source: Sequen
     if scene.model == "rod":
         from knotfem.models.rod.model import RodModel
 
-        return RodModel(scene, additions, source)
-    from knotfem.models.solid.model import SolidModel
+        model: Model = RodModel(scene, additions, source)
+    else:
+        from knotfem.models.solid.model import SolidModel
 
-    return SolidModel(scene, additions)
+        model = SolidModel(scene, additions)
+    model.warnings = [*unusual(scene), *pushed_inwards(scene, model.targets), *model.warnings]
+    return model
 
 
 def _check_additions(scene: Scene, additions: Additions) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,10 +19,13 @@ from knotfem.geometry.smoothing import laplacian
 from knotfem.scene.elements import ORDERS
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import MOST_SLICES, Rod
+from knotfem.scene.steps import Driven, Pull
 from knotfem.topology.knot_type import check_smoothing
 
 CURVATURE_SPACING = 0.25
 """Distance of the points from which the curvature of a centreline is taken, in diameters."""
+PUSHED = -0.5
+"""Cosine between the outward tangent of an end and its pull, below which the pull pushes."""
 SAFE_DIAMETERS = 2.0
 """Slices are as short as the tightest bend within so many diameters and the sliding of the rods wants them."""
 
@@ -49,6 +53,29 @@ def centrelines_of(scene: Scene) -> list[Centreline]:
         warnings = validate.check_apart(lines, [rod.diameter for rod in rods], [rod.name for rod in rods])
         found[-1] = replace(found[-1], warnings=(*found[-1].warnings, *warnings))
     return found
+
+
+def pushed_inwards(scene: Scene, centrelines: Sequence[Centreline]) -> list[str]:
+    """A warning for each end that the first pull of a scene drives against the rod that it belongs to.
+
+    Args:
+        scene: of the rods.
+        centrelines: of them.
+    """
+    pulls = ((i, step) for i, step in enumerate(scene.steps) if isinstance(step, Pull))
+    number, pull = next(pulls, (0, None))
+    lines = {rod.name: line.points for rod, line in zip(scene.rods, centrelines, strict=True)}
+    warnings = []
+    for (name, side), end in pull.all_ends().items() if pull is not None else ():
+        if not isinstance(end, Driven):
+            continue
+        first, second = lines[name][[0, 1]] if side == "start" else lines[name][[-1, -2]]
+        outwards, direction = first - second, np.asarray(end.direction)
+        cosine = outwards @ direction / (np.linalg.norm(outwards) * np.linalg.norm(direction))
+        if cosine < PUSHED:
+            said = f"{np.degrees(np.arccos(max(cosine, -1.0))):.0f} degrees from the direction in which the rod ends"
+            warnings.append(f"steps.{number}.ends.{name}.{side}: {said}; this pull pushes the end into the knot")
+    return warnings
 
 
 def slices_of(scene: Scene) -> list[Slices]:

@@ -10,7 +10,9 @@ import numpy as np
 from knotfem.errors import InputError
 from knotfem.results.base import RunData, displacement_of, frame_of
 from knotfem.run.columns import RUNNING
+from knotfem.scene.plausible import PROMISED
 from knotfem.scene.steps import Pull
+from knotfem.solver.nonlinear.tolerance import ForceTolerance
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -147,6 +149,27 @@ def unrest_notes(run: RunData) -> list[str]:
             f"{far:.3g} of {went[-1]:.4g} mm, {share[worst]:.1%} at {went[worst]:.4g} mm"
         )
     return notes
+
+
+def tolerance_notes(run: RunData) -> list[str]:
+    """In words, where the solver's tolerance does not promise the force of the last loading step to `PROMISED`.
+
+    Args:
+        run: that has taken a loading step.
+    """
+    table, tolerance = run.table("force"), run.scene.solver.force_tolerance
+    if not table or not table["force_N"].size:
+        return []
+    step = table["step"][-1]
+    largest = float(np.abs(table["force_N"][table["step"] == step]).max())
+    error = ForceTolerance.of(tolerance).resultant
+    if largest == 0.0 or error <= PROMISED * largest:
+        return []
+    promising = tolerance * PROMISED * largest / error
+    return [
+        f"solver.force_tolerance of {tolerance:g} N leaves the force of {step}, {largest:.3g} N at most, uncertain by "
+        f"up to {error / largest:.2g} of it; {promising:.2g} N would promise {PROMISED:.0%}"
+    ]
 
 
 def stretches_of(marked: np.ndarray, displacement: np.ndarray) -> list[tuple[float, float]]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from knotfem.errors import InputError
 from knotfem.results.base import RunData, displacement_of
-from knotfem.results.force import ForceCurve, force_curve, unrest_notes
+from knotfem.results.force import ForceCurve, force_curve, tolerance_notes, unrest_notes
 from knotfem.results.moment import reach
 from knotfem.results.profile import StoredStates, TensionProfile, stored_states
 from knotfem.results.states import RunState
@@ -136,8 +136,8 @@ class Run(RunData):
 
     @property
     def notes(self) -> list[str]:
-        """What a reader of the force curve should know, in words: where it is not one of equilibria."""
-        return unrest_notes(self)
+        """What a reader of the forces should know, in words: where they are not of equilibria, or not known well."""
+        return [*unrest_notes(self), *tolerance_notes(self)]
 
     @property
     def energy(self) -> EnergyCurve:

@@ -33,7 +33,7 @@ class Tie(Table):
     degree: Annotated[Integer, Field(ge=2, le=20)] = 8
     threshold: Annotated[Number, Field(gt=0.0, lt=1.0)] = 0.3
     optimise_direction: Flag = True
-    increments: Annotated[Integer, Field(ge=1)] = 10
+    increments: Annotated[Integer, Field(ge=1, le=10_000)] = 10
     source: str | None = None
     source_state: Literal["tied", "last"] = "tied"
 
@@ -55,9 +55,9 @@ class Solver(Table):
     linear: Literal["auto", "pardiso", "superlu"] = "auto"
     force_tolerance: PositiveForce = 1e-5
     move_over_diameter: Annotated[Number, Field(gt=0.0)] = 0.5
-    max_iterations: Annotated[Integer, Field(ge=1)] = 15
-    max_cutbacks: Annotated[Integer, Field(ge=0)] = 12
-    threads: Annotated[Integer, Field(ge=0)] = 0
+    max_iterations: Annotated[Integer, Field(ge=1, le=10_000)] = 15
+    max_cutbacks: Annotated[Integer, Field(ge=0, le=1000)] = 12
+    threads: Annotated[Integer, Field(ge=0, le=1024)] = 0
     time_limit: PositiveDuration | None = None
 
 

@@ -16,6 +16,9 @@ from knotfem.scene.table import Name, Table, known_name, refusal
 LARGEST_MOVE = 4.0 / 3.0
 """Of `solver.move_over_diameter` with hexahedra: with it the force of a pulled overhand errs by 2 %, with 2 by 8 %."""
 
+LARGEST_TOLERANCE = 1e-3
+"""Of `solver.force_tolerance`, in units of B/r^2; resultants may err ten times as much, a third of a loose knot's."""
+
 MOST_OUTPUTS = 1e6
 """Of a step."""
 
@@ -168,6 +171,18 @@ class Scene(Table):
         if self.model == "fem" and move > LARGEST_MOVE:
             expected = f"at most {LARGEST_MOVE:.4g}"
             raise refusal("steps too long", at="solver.move_over_diameter", found=f"{move:g}", expected=expected)
+        return self
+
+    @model_validator(mode="after")
+    def _check_tolerance(self) -> Self:
+        scale = min(rod.bending_stiffness / rod.radius**2 for rod in self.rods)
+        if self.solver.force_tolerance > LARGEST_TOLERANCE * scale:
+            raise refusal(
+                "as large as the force of a knot",
+                at="solver.force_tolerance",
+                found=f"{self.solver.force_tolerance:g} N",
+                expected=f"at most {LARGEST_TOLERANCE * scale:.2g} N, a thousandth of B/r^2",
+            )
         return self
 
     @model_validator(mode="after")

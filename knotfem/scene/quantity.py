@@ -34,6 +34,8 @@ class Quantity:
         example: for messages.
         minimum: smallest allowed float, or none.
         open_minimum: whether the minimum itself is refused.
+        maximum: largest allowed float, or none.
+        reason: of the bounds, for messages.
     """
 
     what: str
@@ -42,12 +44,17 @@ class Quantity:
     example: str
     minimum: float | None = None
     open_minimum: bool = False
+    maximum: float | None = None
+    reason: str = ""
 
     @property
     def expected(self) -> str:
         """What a message asks for."""
         bound = "" if self.minimum is None else f" {'above' if self.open_minimum else 'of at least'} {self.minimum:g}"
-        return f'{self.what}{bound} with a unit, such as "{self.example}"'
+        if self.maximum is not None:
+            bound += f" and at most {self.maximum:g} {self.unit}"
+        reason = f" ({self.reason})" if self.reason else ""
+        return f'{self.what}{bound}{reason} with a unit, such as "{self.example}"'
 
     def parse(self, value: object) -> float:
         """Read text such as "6 mm".
@@ -72,9 +79,20 @@ class Quantity:
             number = math.inf
         if math.isinf(number):
             raise self._error("too large a number")
-        if self.minimum is not None and (number < self.minimum or (self.open_minimum and number == self.minimum)):
-            raise self._error("out of range")
+        if not self._within(number):
+            raise self._error("out of range", self._meant(digits, unit.strip()))
         return number
+
+    def _within(self, number: float) -> bool:
+        low = self.minimum is None or number > self.minimum or (number == self.minimum and not self.open_minimum)
+        return low and (self.maximum is None or number <= self.maximum)
+
+    def _meant(self, digits: str, unit: str) -> str:
+        """A question, where milli stands for mega or the other way round."""
+        other = unit[:1].swapcase() + unit[1:]
+        factor = _factor(other, self.unit) if unit[:1] in "mM" else ""
+        meant = not isinstance(factor, str) and self._within(float(Decimal(digits) * factor))
+        return f'; did you mean "{digits} {other}"?' if meant else ""
 
     def format(self, number: float) -> str:
         """Text with a unit that `parse` reads as the identical float."""
@@ -85,8 +103,9 @@ class Quantity:
                 return f"{_short(shown)} {self.display}"
         return f"{_short(repr(number))} {self.unit}"
 
-    def _error(self, problem: str) -> PydanticCustomError:
-        return PydanticCustomError("quantity", "{problem}", {"problem": problem, "expected": self.expected})
+    def _error(self, problem: str, question: str = "") -> PydanticCustomError:
+        expected = self.expected + question
+        return PydanticCustomError("quantity", "{problem}", {"problem": problem, "expected": expected})
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
         return core_schema.no_info_plain_validator_function(
@@ -157,12 +176,18 @@ Length = Annotated[float, LENGTH]
 Angle = Annotated[float, Quantity(*_ANGLE)]
 Duration = Annotated[float, Quantity(*_TIME, minimum=0.0)]
 Force = Annotated[float, Quantity(*_FORCE, minimum=0.0)]
-Rate = Annotated[float, Quantity(*_RATE, minimum=0.0)]
+Rate = Annotated[
+    float, Quantity(*_RATE, minimum=0.0, maximum=1e6, reason="rods that are slowed down faster stand still")
+]
 Resistance = Annotated[float, Quantity(*_RESISTANCE, minimum=0.0)]
-Acceleration = Annotated[float, Quantity(*_ACCELERATION, minimum=0.0)]
+Acceleration = Annotated[float, Quantity(*_ACCELERATION, minimum=0.0, maximum=1e8, reason="the Earth has 9810")]
 PositiveLength = Annotated[float, Quantity(*_LENGTH, minimum=0.0, open_minimum=True)]
 PositiveDuration = Annotated[float, DURATION]
 PositiveForce = Annotated[float, Quantity(*_FORCE, minimum=0.0, open_minimum=True)]
-PositivePressure = Annotated[float, Quantity(*_PRESSURE, minimum=0.0, open_minimum=True)]
-PositiveSpeed = Annotated[float, Quantity(*_SPEED, minimum=0.0, open_minimum=True)]
-PositiveDensity = Annotated[float, Quantity(*_DENSITY, minimum=0.0, open_minimum=True)]
+PositivePressure = Annotated[
+    float, Quantity(*_PRESSURE, minimum=1e-6, maximum=1e7, reason="soft gels have 1e-3 MPa, diamond 1e6 MPa")
+]
+PositiveSpeed = Annotated[
+    float, Quantity(*_SPEED, minimum=0.0, open_minimum=True, maximum=1e6, reason="1 km/s; knots are pulled slowly")
+]
+PositiveDensity = Annotated[float, Quantity(*_DENSITY, minimum=1e-15, maximum=1e-6, reason="water has 1e-9 tonne/mm^3")]

@@ -28,7 +28,7 @@ class Smoothing(Table):
     """
 
     gamma: Annotated[Number, Field(gt=0.0, lt=1.0)] = 0.1
-    iterations: Annotated[Integer, Field(ge=0)] = 0
+    iterations: Annotated[Integer, Field(ge=0, le=100_000)] = 0
 
 
 class Rotation(Table):

@@ -154,10 +154,21 @@ def _finite_direction(vector: tuple[float, float, float]) -> tuple[float, float,
     return vector
 
 
+LARGEST_FRICTION = 10.0
+"""Of any two surfaces."""
+
+
+def _possible_friction(coefficient: float) -> float:
+    if coefficient > LARGEST_FRICTION:
+        expected = f"at most {LARGEST_FRICTION:g}: rubber on dry glass has 1 to 2"
+        raise refusal("no surfaces rub like this", expected=expected)
+    return coefficient
+
+
 Flag = Annotated[bool, Strict()]
 Integer = Annotated[int, Strict()]
 Number = Annotated[float, Strict(), Field(allow_inf_nan=False)]
-Friction = Annotated[float, Strict(), Field(allow_inf_nan=False, ge=0.0)]
+Friction = Annotated[float, Strict(), Field(allow_inf_nan=False, ge=0.0), AfterValidator(_possible_friction)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]+$")]
 Direction = Annotated[tuple[Number, Number, Number], AfterValidator(_finite_direction)]
 Point = tuple[Length, Length, Length]

@@ -318,19 +318,18 @@ def test_every_default_is_written(scene_file: Path) -> None:
         assert f"\n{key} = " in text
 
 
-positive = st.floats(min_value=1e-9, max_value=1e9)
 vectors = st.tuples(*[st.floats(min_value=-1e3, max_value=1e3)] * 3).filter(any)
 
 
 @settings(deadline=None)
 @given(
     length=st.floats(min_value=10.0, max_value=1e6),
-    modulus=positive,
-    density=positive,
+    modulus=st.floats(min_value=1e-2, max_value=1e7),
+    density=st.floats(min_value=1e-2, max_value=1e5),
     friction=st.floats(min_value=0.0, max_value=10.0),
     axis=vectors,
     angle=st.floats(min_value=-10.0, max_value=10.0),
-    acceleration=positive,
+    acceleration=st.floats(min_value=1e-9, max_value=1e4),
     text=st.text(max_size=30),
 )
 def test_any_scene_survives_writing(
