@@ -42,6 +42,8 @@ if TYPE_CHECKING:
     from knotfem.scene.load import load_scene
     from knotfem.scene.model import Scene
     from knotfem.solver.term import Role, Term, TimeStep
+    from knotfem.study.accuracy_check.report import CheckedAccuracy
+    from knotfem.study.accuracy_check.run import check_accuracy
     from knotfem.study.stability.diagram import StabilityDiagram
     from knotfem.study.stability.run import stability
     from knotfem.study.sweep.run import sweep
@@ -75,6 +77,8 @@ _PLACES = {
     "Role": "knotfem.solver.term",
     "Term": "knotfem.solver.term",
     "TimeStep": "knotfem.solver.term",
+    "CheckedAccuracy": "knotfem.study.accuracy_check.report",
+    "check_accuracy": "knotfem.study.accuracy_check.run",
     "StudyTable": "knotfem.study.sweep.table",
     "StabilityDiagram": "knotfem.study.stability.diagram",
     "stability": "knotfem.study.stability.run",
@@ -83,10 +87,10 @@ _PLACES = {
 _MODULES = {"theory": "knotfem.theory"}
 
 __all__ = [
-    "Comparison", "Foot", "InputError", "Interrupted", "KnotLost", "KnotfemError", "Material", "MissingDependency",
-    "NotConverged", "Obstacle", "RigidSurface", "Role", "Run", "Scene", "StabilityDiagram", "Stopped", "StudyTable",
-    "Term", "TimeStep", "TimeStepDone", "__version__", "check", "compare", "export", "load_scene", "open_run", "pull",
-    "resume", "stability", "steps", "sweep", "theory", "tie",
+    "CheckedAccuracy", "Comparison", "Foot", "InputError", "Interrupted", "KnotLost", "KnotfemError", "Material",
+    "MissingDependency", "NotConverged", "Obstacle", "RigidSurface", "Role", "Run", "Scene", "StabilityDiagram",
+    "Stopped", "StudyTable", "Term", "TimeStep", "TimeStepDone", "__version__", "check", "check_accuracy", "compare",
+    "export", "load_scene", "open_run", "pull", "resume", "stability", "steps", "sweep", "theory", "tie",
 ]  # fmt: skip
 
 

@@ -41,7 +41,14 @@ _STYLE: Any = {
 }
 
 
-def plot_force(curves: Mapping[str, Table], out: str | Path, *, radius: float, title: str | None = None) -> None:
+def plot_force(
+    curves: Mapping[str, Table],
+    out: str | Path,
+    *,
+    radius: float,
+    title: str | None = None,
+    bands: Mapping[str, float] | None = None,
+) -> None:
     """Draw force against displacement of the pulled end.
 
     Args:
@@ -49,12 +56,13 @@ def plot_force(curves: Mapping[str, Table], out: str | Path, *, radius: float, t
         out: file to write (.png, .pdf, .svg).
         radius: radius of the rod in mm; displacement is drawn in radii below and in mm above.
         title: heading.
+        bands: half the width [N] of a band around a curve, by its label.
 
     Raises:
         InputError: a column or the format is unknown, or the file cannot be written.
     """
     with paper_axes(out, title) as axes:
-        _draw_force(axes, curves, radius)
+        _draw_force(axes, curves, radius, bands or {})
 
 
 def plot_comparison(
@@ -201,10 +209,18 @@ def _draw_profiles(axes: Axes, profiles: Mapping[str, Mapping[str, Table]], *, n
     _legend(axes)
 
 
-def _draw_force(axes: Axes, curves: Mapping[str, Table], radius: float) -> None:
+def _draw_force(
+    axes: Axes, curves: Mapping[str, Table], radius: float, bands: Mapping[str, float] | None = None
+) -> None:
     for colour, (label, table) in zip(_colours(curves), curves.items(), strict=True):
         displacement, force = _column(table, "displacement_mm"), _column(table, "force_N")
         axes.plot(displacement / radius, force, color=colour, label=literal(label) or None)
+        width = (bands or {}).get(label)
+        if width is not None:
+            axes.fill_between(
+                displacement / radius, force - width, force + width, color=colour, alpha=0.25, lw=0,
+                label=f"within {width:.2g} N",
+            )  # fmt: skip
     axes.set(xlabel=r"displacement $\delta / r$", ylabel=r"force $F$ (N)")
     axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
     above = axes.secondary_xaxis("top", functions=(lambda x: np.multiply(x, radius), lambda x: np.divide(x, radius)))

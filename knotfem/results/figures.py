@@ -6,6 +6,7 @@ import numpy as np
 
 from knotfem.plot import plots
 from knotfem.results.data import open_run
+from knotfem.results.force import band_of
 from knotfem.results.profile import StoredStates
 from knotfem.run.directory import RunDirectory
 from knotfem.run.recorder import Recorder
@@ -28,12 +29,22 @@ class RunFigures:
                 threshold=run.scene.tie.threshold,
             )
 
-    def finished(self, run: RunDirectory) -> None:
-        """force.png and tension.png: force against displacement, and the last tension profile over the last force."""
+    def finished(self, run: RunDirectory, name: str | None = None) -> None:
+        """force.png and tension.png: force against displacement, and the last tension profile over the last force.
+
+        The force has a band of its error where that was measured.
+
+        Args:
+            run: its directory.
+            name: of the run in legends; that of its folder by default.
+        """
         done = open_run(run.path)
         force, stored = done.table("force"), StoredStates.of(run.path, done.table("tension"))
         if force["force_N"].size:
-            plots.plot_force({run.path.name: force}, run.path / "force.png", radius=0.5 * run.scene.diameter)
+            label, band = name or run.path.name, band_of(done)
+            bands = {} if band is None else {label: band}
+            out = run.path / "force.png"
+            plots.plot_force({label: force}, out, radius=0.5 * run.scene.diameter, bands=bands)
         if not stored.moments:
             return
         last = stored.profile()

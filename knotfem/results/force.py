@@ -33,6 +33,7 @@ class ForceCurve:
             a pull.
         force: [N], shape [n].
         unbalanced: displacements between which the curve is not one of equilibria, as the scene asks for them [mm].
+        band: root mean square error that was measured for the settings [N]; None where it was not.
         spans: first and last time [s] of each pull, and the displacement at which it set out [mm], by its name.
     """
 
@@ -43,6 +44,7 @@ class ForceCurve:
     force: np.ndarray
     spans: dict[str, tuple[float, float, float]]
     unbalanced: list[tuple[float, float]] = field(default_factory=list)
+    band: float | None = None
 
     def at(self, displacement: np.ndarray | float | str) -> np.ndarray:
         """Force at displacements within the curve [N].
@@ -69,12 +71,15 @@ class ForceCurve:
         return f"<force curve of {self.label!r}, {self.displacement.size} states, {reach}>"
 
     def plot(self, axes: Axes | None = None, **line: object) -> Axes:
-        """Force [N] against displacement [mm]."""
+        """Force [N] against displacement [mm], with a band of the error where it was measured."""
         from knotfem.plot.axes import axes_for
         from knotfem.plot.fonts import literal
 
         drawn = axes_for(axes)
-        drawn.plot(self.displacement, self.force, **{"label": literal(self.label), **line})  # pyright: ignore[reportArgumentType]
+        (curve,) = drawn.plot(self.displacement, self.force, **{"label": literal(self.label), **line})  # pyright: ignore[reportArgumentType]
+        if self.band is not None:
+            low, high = self.force - self.band, self.force + self.band
+            drawn.fill_between(self.displacement, low, high, color=curve.get_color(), alpha=0.25, lw=0)
         for first, last in self.unbalanced:
             drawn.axvspan(first, last, color="0.9", zorder=0)
         drawn.set_xlabel("displacement [mm]")
@@ -124,7 +129,13 @@ def force_curve(run: RunData, label: str | None = None) -> ForceCurve:
             unbalanced += stretches_of(~balanced, there)
             spans[step.name] = end - float(went[-1]) / step.nominal_speed, end, float(there[-1] - went[-1])
     name = run.name if label is None else label
-    return ForceCurve(name, run, steps, np.concatenate(displacement), np.concatenate(force), spans, unbalanced)
+    joined = np.concatenate(displacement), np.concatenate(force)
+    return ForceCurve(name, run, steps, *joined, spans, unbalanced, band_of(run))
+
+
+def band_of(run: RunData) -> float | None:
+    """Root mean square error of a run's force curve [N] where it was measured with finer settings, else None."""
+    return (run.summary.get("accuracy") or {}).get("band_N")
 
 
 def unrest_notes(run: RunData) -> list[str]:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from knotfem.errors import InputError
 from knotfem.run.directory import RunDirectory
-from knotfem.scene.load import load_scene
+from knotfem.scene.load import Overrides, changes_of, load_scene
 from knotfem.scene.model import Scene
 from knotfem.study.records import Record, Setting, stored
 from knotfem.study.similarity import class_of, frictions_of, window_of
@@ -54,15 +54,49 @@ def recommended(scene: Scene, target: float, records: Sequence[Record]) -> tuple
     Raises:
         InputError: none is that accurate.
     """
-    kind = class_of(scene)
-    alike = [record for record in records if record.scene_class == kind]
-    own = [record for record in alike if not _differences(scene, record)]
-    found = _promised(scene, own) or _promised(scene, alike)
+    kind, alike, found = _measured(scene, records)
     good = [(record, setting) for record, setting in found if setting.bound <= target]
     if not good:
         raise _refusal(scene, target, f"scenes of the class {kind}", alike, found)
     nearest = min((record for record, _ in good), key=lambda record: (_distance(scene, record), record.model != "fem"))
     return min((pair for pair in good if pair[0] is nearest), key=lambda pair: pair[1].cpu_s)
+
+
+def starting_point(scene: Scene, target: float, records: Sequence[Record]) -> tuple[list[str], str]:
+    """Overrides from which a search for an accuracy sets out, and a sentence about them.
+
+    They are the recommended settings; where none promise the target the most accurate that were measured for the
+    class, and where nothing was measured for it none, so that the scene stays as it is.
+
+    Args:
+        scene: to be run, whose model stays.
+        target: largest relative error.
+        records: measured ones.
+    """
+    kind, _, found = _measured(scene, records)
+    if not found:
+        nothing = f"nothing was measured for scenes of the class {kind} and the model {scene.model}"
+        return [], f"the scene as it is: {nothing}"
+    if any(setting.bound <= target for _, setting in found):
+        record, setting = recommended(scene, target, records)
+        return _applied(scene, setting), f"the settings that promise {target:.2%}: {_origin(scene, record, setting)}"
+    record, setting = min(found, key=lambda pair: pair[1].bound)
+    none = f"none promise {target:.2%}"
+    best = f"the most accurate settings that were measured for scenes of the class {kind}"
+    return _applied(scene, setting), f"{best} ({none}): {_origin(scene, record, setting)}"
+
+
+def _origin(scene: Scene, record: Record, setting: Setting) -> str:
+    figures = ", ".join(_figures(scene, setting))
+    return f"{setting.level} of {record.scene} ({figures}), error {setting.bound:.2%} there"
+
+
+def _measured(scene: Scene, records: Sequence[Record]) -> tuple[str, list[Record], list[tuple[Record, Setting]]]:
+    """Class of a scene, the records of this class, and what was measured for the scene, or else for its class."""
+    kind = class_of(scene)
+    alike = [record for record in records if record.scene_class == kind]
+    own = [record for record in alike if not _differences(scene, record)]
+    return kind, alike, _promised(scene, own) or _promised(scene, alike)
 
 
 def _promised(scene: Scene, records: Sequence[Record]) -> list[tuple[Record, Setting]]:
@@ -114,10 +148,7 @@ def accurate_overrides(source: str, overrides: Sequence[str], accuracy: str) -> 
     target = parse_fraction(accuracy)
     if RunDirectory.is_run(source):
         raise InputError("a run keeps its settings", file=source, key="--accuracy", expected="a scene")
-    for override in overrides:
-        key = override.partition("=")[0].strip()
-        if any(re.fullmatch(pattern, key) for pattern in GOVERNED):
-            raise InputError("--accuracy decides this", file="--set", key=key, expected="either of the two")
+    refuse_governed(overrides)
     scene = load_scene(source, overrides)
     record, setting = recommended(scene, target, stored())
     chosen = [
@@ -129,6 +160,17 @@ def accurate_overrides(source: str, overrides: Sequence[str], accuracy: str) -> 
         f'accuracy.level="{setting.level}"',
     ]
     return (*chosen, *overrides), _says(scene, target, record, setting)
+
+
+def refuse_governed(overrides: Overrides) -> None:
+    """Refuse overrides of what an accuracy decides.
+
+    Raises:
+        InputError: the first of them.
+    """
+    for key in changes_of(overrides):
+        if any(re.fullmatch(pattern, key) for pattern in GOVERNED):
+            raise InputError("--accuracy decides this", file="--set", key=key, expected="either of the two")
 
 
 def _says(scene: Scene, target: float, record: Record, setting: Setting) -> str:

@@ -107,22 +107,39 @@ def _levels(name: str, scene: Scene) -> list[Level]:
     return makers[name](scene) if name in makers else []
 
 
+def applies(name: str, scene: Scene) -> bool:
+    """Whether a choice of `SIZES` is one that a scene has: whether its model computes what the choice concerns."""
+    contact, balanced = scene.contact.enabled, any(not step.real for step in scene.steps)
+    return {
+        "penalty": contact,
+        "ramp": contact,
+        "sampling": contact,
+        "stick": any(frictions_of(scene)),
+        "step": bool(scene.steps),
+        "rate": balanced,
+        "settling": balanced,
+    }.get(name, True)
+
+
+def resized(name: str, scene: Scene, size: float) -> tuple[str, ...]:
+    """Overrides that give a choice of a scene a size.
+
+    Args:
+        name: of `SIZES`, or "section", whose number of elements becomes the nearest.
+        scene: as it is.
+        size: in units of the scene's own.
+    """
+    if name == "section":
+        return _section(scene, round(scene.rods[0].mesh.section_elements / size**2)).overrides
+    return _CHANGES[name](scene, size)
+
+
 def _scaled(name: str, scene: Scene) -> list[Level]:
     """Levels of a series that changes one number."""
-    contact = scene.contact.enabled
-    lacks = {
-        "penalty": not contact,
-        "ramp": not contact,
-        "sampling": not contact,
-        "stick": not any(frictions_of(scene)),
-        "step": not scene.steps,
-        "rate": all(step.real for step in scene.steps),
-        "settling": all(step.real for step in scene.steps),
-    }
-    if lacks.get(name):
+    if not applies(name, scene):
         return []
-    changes = [(size, _CHANGES[name](scene, size)) for size in SIZES[name]]
-    return [Level(f"{name}-x{size:g}", name, _says(overrides), size, overrides) for size, overrides in changes]
+    changes = [(size, resized(name, scene, size)) for size in SIZES[name]]
+    return [Level(f"{name}-x{size:g}", name, said(overrides), size, overrides) for size, overrides in changes]
 
 
 def _models(scene: Scene) -> list[Level]:
@@ -213,7 +230,7 @@ def _elements(scene: Scene) -> list[Level]:
     return levels
 
 
-def _says(overrides: Sequence[str]) -> str:
-    """The value of the first override, shortened."""
+def said(overrides: Sequence[str]) -> str:
+    """The value of the first override, shortened, for people."""
     number, _, unit = overrides[0].partition("=")[2].partition(" ")
     return f"{float(number):g} {unit}".strip()
