@@ -32,9 +32,9 @@ class ForceCurve:
         displacement: in pulls, of the reported end over all steps after tying [mm], ascending, shape [n]; empty without
             a pull.
         force: [N], shape [n].
+        spans: first and last time [s] of each pull, and the displacement at which it set out [mm], by its name.
         unbalanced: displacements between which the curve is not one of equilibria, as the scene asks for them [mm].
         band: root mean square error that was measured for the settings [N]; None where it was not.
-        spans: first and last time [s] of each pull, and the displacement at which it set out [mm], by its name.
     """
 
     label: str
