@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import stat
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -12,6 +13,8 @@ from typing import Any
 
 from knotfem.errors import InputError, InUse, cannot_read, cannot_write
 
+LARGEST_INPUT = 2**26
+"""Of a scene, a curve, a cross-section or a study [bytes]."""
 PART_SUFFIX = ".part"
 """Ends the names of files that are not whole yet."""
 
@@ -40,6 +43,25 @@ def write_atomically(path: Path, content: str | bytes) -> None:
         with suppress(OSError):
             temporary.unlink(missing_ok=True)
         raise cannot_write(path, error) from error
+
+
+def check_regular(path: Path) -> None:
+    """Refuse to read what is no file, such as a pipe or a device, or is larger than any input of this program.
+
+    Raises:
+        InputError: it is; missing files and folders are left to whoever reads them.
+    """
+    try:
+        found = path.stat()
+    except OSError:
+        return
+    if stat.S_ISDIR(found.st_mode):
+        return
+    if not stat.S_ISREG(found.st_mode):
+        raise InputError("not a regular file", file=path, found="a pipe or a device", expected="a file")
+    if found.st_size > LARGEST_INPUT:
+        size, most = (f"{bytes_ / 2**20:.0f} MB" for bytes_ in (found.st_size, LARGEST_INPUT))
+        raise InputError("too large a file", file=path, found=size, expected=f"at most {most}")
 
 
 def write_json(path: Path, data: Mapping[str, Any]) -> None:

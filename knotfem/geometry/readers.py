@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from knotfem.errors import InputError, cannot_read
+from knotfem.files import check_regular
 from knotfem.geometry.curve import Curve, interpolate
 from knotfem.geometry.nurbs import Nurbs, blender_knots
 from knotfem.geometry.points import FEWEST_POINTS, as_points
@@ -119,6 +120,7 @@ def _cells(line: str) -> list[str]:
 
 
 def _read_text(path: Path) -> str:
+    check_regular(path)
     try:
         return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotfem.errors import InputError
+from knotfem.files import check_regular
 from knotfem.mesh.numbering import number_section
 from knotfem.mesh.section import Section
 from knotfem.mesh.section_check import unit_disc
@@ -39,6 +40,7 @@ def read_section(path: str | Path) -> Section:
             axis and boundary nodes at equal angles; see `section_check`.
     """
     path = Path(path)
+    check_regular(Path(path))
     mesh = _read(path)
     others = sorted({block.type for block in mesh.cells} - {"quad", *_IGNORED})
     blocks = [block.data for block in mesh.cells if block.type == "quad" and len(block.data)]

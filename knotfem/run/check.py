@@ -8,7 +8,7 @@ from typing import Any
 from knotfem.models.base import Model
 from knotfem.models.build import build_model
 from knotfem.models.described import deforming
-from knotfem.run.expected import expected_memory_mb, expected_seconds
+from knotfem.run.expected import expected_memory_mb, expected_seconds, refuse_too_large
 from knotfem.run.source import source_rods
 from knotfem.scene.load import Overrides, load_scene
 from knotfem.scene.model import Scene
@@ -37,6 +37,7 @@ def check(source: Scene | str | Path, overrides: Overrides = ()) -> dict[str, An
         InputError: a scene or a source that is wrong, or a centreline along which no rod can lie.
     """
     scene = load_scene(source, overrides)
+    refuse_too_large(scene)
     model = build_model(scene, source=source_rods(scene))
     unknowns = model.dofs
     return {

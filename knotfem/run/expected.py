@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 
+from knotfem.errors import InputError
 from knotfem.mesh.make_section import chosen_section
 from knotfem.models.centreline import slices_of
 from knotfem.scene.elements import ORDERS
@@ -65,6 +66,27 @@ def expected_seconds(scene: Scene, unknowns: int | None = None) -> float:
 def expected_memory_mb(scene: Scene, unknowns: int | None = None) -> float:
     """Memory of a run [MB]; see `expected_seconds`."""
     return MEMORY_MB[0] + MEMORY_MB[1] * (count_unknowns(scene) if unknowns is None else unknowns)
+
+
+def refuse_too_large(scene: Scene) -> None:
+    """Refuse a scene that needs more memory than the machine has, before anything is built.
+
+    Raises:
+        InputError: it does.
+    """
+    needed, there = expected_memory_mb(scene), machine_memory_mb()
+    if needed > there:
+        problem = "needs more memory than this machine has"
+        expected = f"at most {there / 1024:.3g} GB; larger elements or fewer rods need less"
+        found = f"about {needed / 1024:.3g} GB for {count_unknowns(scene):,} unknowns"
+        raise InputError(problem, key="rods.mesh.element_length", found=found, expected=expected)
+
+
+def machine_memory_mb() -> float:
+    """Memory of this machine [MB]."""
+    import psutil
+
+    return psutil.virtual_memory().total / 2**20
 
 
 def count_unknowns(scene: Scene) -> int:

@@ -16,6 +16,7 @@ from knotfem.models.base import Additions, Equations, Increment, Model
 from knotfem.models.build import build_model
 from knotfem.models.newton import newton_of
 from knotfem.models.rod.initial import SourceRod
+from knotfem.run.expected import refuse_too_large
 from knotfem.run.jumps import Jump, JumpWatch
 from knotfem.run.monitor import KnotMonitor, Knots
 from knotfem.run.schedule import Rest, schedule_of
@@ -189,6 +190,8 @@ class Simulation:
     ) -> None:
         self.scene, self.goal, self.notify = scene, goal, notify
         self.interrupt = interrupt
+        if model is None:
+            refuse_too_large(scene)
         self.model = build_model(scene, additions, source) if model is None else model
         for warning in self.model.warnings:
             notify(f"warning: {warning}")

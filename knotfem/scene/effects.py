@@ -70,7 +70,7 @@ class Contact(Table):
     ramp_over_diameter: Positive = 1.0 / 30.0
     onset_over_ramp: Annotated[Number, Field(ge=0.0, le=1.0)] = 0.25
     stick_over_diameter: Positive = 0.005
-    sample_spacing_over_diameter: Positive = 0.125
+    sample_spacing_over_diameter: Annotated[Number, Field(ge=0.01, le=1.0)] = 0.125
     line_stiffness_over_hertz: Positive = 100.0
 
 

@@ -13,6 +13,7 @@ from pydantic import ValidationError
 
 from knotfem import shipped
 from knotfem.errors import OVERRIDES, InputError, cannot_read
+from knotfem.files import check_regular
 from knotfem.scene.effects import Cylinder
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import CURVE_SUFFIXES, Rod
@@ -124,6 +125,7 @@ def read_toml(path: Path) -> dict[str, Any]:
     Raises:
         InputError: it cannot be read or is no TOML.
     """
+    check_regular(path)
     try:
         return tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except FileNotFoundError:

@@ -99,7 +99,7 @@ def _known_element(name: str) -> str:
 
 
 def _known_section(path: str) -> str:
-    if not Path(path).is_file():
+    if not Path(path).exists():
         raise refusal("no such file", expected="a mesh of the cross-section: .msh, .vtk, .vtu, .inp")
     return path
 
@@ -119,7 +119,7 @@ class RodMesh(Table):
     """
 
     section: Annotated[str, AfterValidator(_known_section)] | None = None
-    section_elements: Annotated[Integer, Field(ge=4)] = 12
+    section_elements: Annotated[Integer, Field(ge=4, le=10_000)] = 12
     element_length: PositiveLength
     turning_angle: Annotated[Number, Field(gt=0.0)] | None = None
     element: Annotated[str, AfterValidator(_known_element)] = "hex8-reduced"
@@ -145,7 +145,7 @@ class RodMesh(Table):
 def _known_curve(curve: str) -> str:
     if Path(curve).suffix not in CURVE_SUFFIXES:
         known_name(curve, shipped.centreline_names(), "shipped centreline", at="")
-    elif not Path(curve).is_file():
+    elif not Path(curve).exists():
         raise refusal("no such file", expected="a CSV, JSON or TOML file, or a shipped name")
     return curve
 
