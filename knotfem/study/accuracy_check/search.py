@@ -110,7 +110,8 @@ class Search:
             if size is None:
                 self._note(name, missing="there is no finer setting")
             else:
-                trials[name] = level_at(self.scene, {**self._sizes, name: size})
+                finer = level_at(self.scene, {**self._sizes, name: size})
+                trials[name] = replace(finer, setting=f"{name} {setting_of(self.scene, name, size)}")
         self.jobs.run(list(trials.values()))
         for name, level in trials.items():
             outcome = self.jobs.outcomes[level.name]
