@@ -70,14 +70,17 @@ def test_tied_knot_is_gone_on_from_with_pulls_as_long_in_all_only():
 
 
 def test_graded_and_fine_meshes_give_the_same_force():
-    """Of segments no longer than 6 mm that turn by 0.15 rad: within 1 % of 3 mm everywhere, where 6 mm is 3 % off."""
+    """Of segments no longer than 8 mm that turn by 0.15 rad: within 0.5 % of 3 mm, where 8 mm is 3 % off.
+
+    Before 3 mm the force still depends by 2 % on how finely the loose knot came to rest.
+    """
     forces = {}
     for name, change in {
-        "coarse": {"rods.0.mesh.element_length": "6 mm"},
+        "coarse": {"rods.0.mesh.element_length": "8 mm"},
         "fine": {"rods.0.mesh.element_length": "3 mm"},
-        "graded": {"rods.0.mesh.element_length": "6 mm", "rods.0.mesh.turning_angle": 0.15},
+        "graded": {"rods.0.mesh.element_length": "8 mm", "rods.0.mesh.turning_angle": 0.15},
     }.items():
         curve = kf.pull("overhand", {**OVERHAND, **change}, progress=False).force
-        forces[name] = np.interp(np.linspace(2.0, 10.0, 9), curve.displacement, curve.force)
+        forces[name] = np.interp(np.linspace(3.0, 10.0, 8), curve.displacement, curve.force)
     graded, coarse = (np.abs(forces[name] / forces["fine"] - 1.0).max() for name in ("graded", "coarse"))
-    assert graded < 0.01 < 0.02 < coarse
+    assert graded < 0.005 < 0.02 < coarse
