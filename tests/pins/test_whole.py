@@ -16,8 +16,11 @@ def test_whole_curve_pinned(name):
     assert pin.deviation(pin.run()) < pin.tolerance
 
 
-@pytest.mark.parametrize(("scene", "bound"), [("overhand", 0.08), ("bowline", 0.04)])
-def test_whole_tables_of_rod_and_solid_pinned(scene, bound):
-    """The tables of both models: 3 % apart at most for the bowline, 8 % for the overhand, 6 % but for one point."""
-    rod, solid = (PINS[f"{scene}-{model}-whole"].read() for model in ("rod", "fem"))
-    assert deviation(rod, solid) < bound
+@pytest.mark.parametrize(
+    ("scene", "upto", "bound"), [("overhand", 1e3, 0.08), ("bowline", 80.0, 0.025), ("bowline", 1e3, 0.055)]
+)
+def test_whole_tables_of_rod_and_solid_pinned(scene, upto, bound):
+    """The tables of both models: 2.1 % apart for the bowline up to 80 mm and 5 % at its end, 8 % for the overhand."""
+    rod, (displacement, force) = (PINS[f"{scene}-{model}-whole"].read() for model in ("rod", "fem"))
+    within = displacement <= upto
+    assert deviation(rod, (displacement[within], force[within])) < bound
