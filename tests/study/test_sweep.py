@@ -17,6 +17,7 @@ from stand_in import StandIn
 import knotfem as kf
 from knotfem.errors import InputError, KnotfemError, MissingDependency, NotConverged, SeveralErrors, Stopped
 from knotfem.run.tables import read_table
+from knotfem.shipped import scene_path
 from knotfem.study.engine.engine import Job
 from knotfem.study.engine.outcomes import CRASHED, Outcome
 from knotfem.study.sweep import points as module
@@ -181,7 +182,7 @@ def test_study_whose_keys_are_wrong_is_refused(
 def test_paths_start_at_the_file_of_the_study(engines: list[StandIn], tmp_path: Path) -> None:
     away = tmp_path / "away"
     away.mkdir()
-    (away / "mine.toml").write_text((Path(kf.__file__).parents[1] / "configs" / "overhand.toml").read_text())
+    (away / "mine.toml").write_text(scene_path("overhand").read_text())
     (away / "study.toml").write_text(
         'axes = [{ key = "scene", values = ["mine.toml", "overhand"] }]\nset.contact.friction = 0.2\n'
     )
