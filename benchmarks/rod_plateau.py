@@ -11,7 +11,7 @@ import numpy as np
 from rod_common import table
 
 import knotfem as kf
-from knotfem.study.dead_load import bending_force, dead_load
+from knotfem.study.dead_load import dead_load
 
 SCENE = {"model": "rod", "contact.friction": 0.37, "obstacles.0.friction": 0.0, "output.fields": False}
 X = 5.0
@@ -21,7 +21,7 @@ X = 5.0
 def plateau(direction: float) -> float:
     """Median tension of the two legs between the knot and the cylinder, over T0."""
     base = kf.load_scene("bowline", SCENE)
-    load = bending_force(base) / X
+    load = base.force_scale / X
     run = kf.pull(dead_load(base, load, free={"rod.end": (0.0, 0.0, direction)}), progress=False)
     profile, c = run.tension(), run.contacts()
     s, on_peg = profile.arclength, c["other"] != "rod"

@@ -186,6 +186,24 @@ def verdict_note(run: Run) -> list[str]:
     return [said] if said else []
 
 
+def json_text(values: Mapping[str, Any]) -> str:
+    """One line of JSON; NaN becomes null."""
+    from knotfem.files import json_line
+
+    return json_line(values).rstrip()
+
+
+def show_estimate(found: Mapping[str, Any], quiet: bool, log_format: str) -> None:
+    """Say what a study would take, and the script of a cluster's jobs as it is."""
+    if log_format == "json":
+        click.echo(json_text(found))
+    elif not quiet:
+        script = found.get("job_script")
+        click.echo(facts({key: value for key, value in found.items() if key != "job_script"}))
+        if script is not None:
+            click.echo(f"\n{script}", nl=False)
+
+
 def facts(values: Mapping[str, Any], indent: str = "") -> str:
     """Lines of names and values, tables below their name."""
     width = max((len(key) for key in values), default=0)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from knotfem_cli.common import Verb, engine_options, model_option, output_option, shared_options, with_model
+from knotfem_cli.common import Verb, engine_options, json_text, model_option, output_option, shared_options, with_model
 
 
 @click.command(cls=Verb)
@@ -53,7 +53,6 @@ def cost(
     from rich.console import Console
 
     from knotfem.errors import InputError
-    from knotfem.files import json_line
     from knotfem.scene import load_scene
     from knotfem.scene.quantity import DURATION, parse_quantity
     from knotfem.study import convergence, files, records, switches, tables
@@ -91,4 +90,4 @@ def cost(
             replaced = records.store(records.record_of(found), result["stored"])
             older = f", in place of what was measured on {replaced.scene} on {replaced.date}" if replaced else ""
             tell(f"stored for --accuracy in {result['stored']}{older}")
-    click.echo(json_line({"folder": folder, **result}).rstrip() if log_format == "json" else folder)
+    click.echo(json_text({"folder": folder, **result}) if log_format == "json" else folder)

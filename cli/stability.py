@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from knotfem_cli.common import Verb, engine_options, facts, output_option, shared_options
+from knotfem_cli.common import Verb, engine_options, json_text, output_option, shared_options, show_estimate
 
 
 @click.command(cls=Verb)
@@ -62,7 +62,6 @@ def stability(
       knotfem stability bowline --model rod --no-grid --boundary --lowered -o boundary
       knotfem stability clove-hitch --model rod --x 10,20,40 --boundary 0.02
     """
-    from knotfem.files import json_line
     from knotfem.study.dead_load import free_directions
     from knotfem.study.engine.places import place_of
     from knotfem.study.progress import study_progress
@@ -85,18 +84,19 @@ def stability(
     if dry_run:
         asked = run.asked_of(scene, overrides, loaded=None, **{"free": None, **given})
         found = asked.cost(run.folder_of(asked, output), place_of(processes, scheduler, cluster))
-        click.echo(json_line(found).rstrip() if log_format == "json" else facts(found))
+        show_estimate(found, quiet, log_format)
         return
+    others = {folder.name: open_stability(folder) for folder in overlay}
     diagram = run.stability(
         scene, overrides, out=output, jobs=processes, scheduler=scheduler, cluster=cluster,
         progress=study_progress(quiet=quiet, log_format=log_format), **given,
     )  # fmt: skip
-    if overlay:
-        diagram.plot(diagram.path / PICTURE, {folder.name: open_stability(folder) for folder in overlay})
+    if others:
+        diagram.plot(diagram.path / PICTURE, others)
     if log_format == "json":
         rows = {name: values.tolist() for name, values in diagram.boundary.items()}
         fits = diagram.fits() if diagram.bowline else {}
-        click.echo(json_line({"folder": diagram.path, "boundary": rows, "fits": fits}).rstrip())
+        click.echo(json_text({"folder": diagram.path, "boundary": rows, "fits": fits}))
         return
     if not quiet:
         click.echo(diagram.text(), err=True)

@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import click
 
-from knotfem_cli.common import Verb, engine_options, facts, model_option, output_option, shared_options, with_model
+from knotfem_cli.common import (
+    Verb,
+    engine_options,
+    json_text,
+    model_option,
+    output_option,
+    shared_options,
+    show_estimate,
+    with_model,
+)
 
 
 @click.command(cls=Verb)
@@ -50,13 +58,7 @@ def sweep(
     chosen = with_model(overrides, model)
     if dry_run:
         found = run.estimate(study, chosen, out=output, place=place_of(processes, scheduler, cluster))
-        if log_format == "json":
-            click.echo(json.dumps(found))
-        elif not quiet:
-            script = found.pop("job_script", None)
-            click.echo(facts(found))
-            if script is not None:
-                click.echo(f"\n{script}", nl=False)
+        show_estimate(found, quiet, log_format)
         return
     table = run.sweep(
         study,
@@ -72,10 +74,3 @@ def sweep(
         click.echo(json_text({"folder": str(table.path), "points": columns}))
     else:
         click.echo(table.path)
-
-
-def json_text(found: dict) -> str:
-    """One line of JSON; NaN becomes null."""
-    from knotfem.files import json_line
-
-    return json_line(found).rstrip()

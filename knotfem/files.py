@@ -19,6 +19,11 @@ PART_SUFFIX = ".part"
 """Ends the names of files that are not whole yet."""
 
 
+def unfinished(path: Path) -> Path:
+    """Where this process puts together what a path is to hold, beside it."""
+    return path.with_name(f".{path.name}.{os.getpid()}{PART_SUFFIX}")
+
+
 def write_atomically(path: Path, content: str | bytes) -> None:
     """Replace a file as a whole; a reader, a crash or a full disk never sees a part of it.
 
@@ -29,7 +34,7 @@ def write_atomically(path: Path, content: str | bytes) -> None:
     """
     data = content.encode() if isinstance(content, str) else content
     whole = path.resolve()
-    temporary = whole.with_name(f".{whole.name}.{os.getpid()}{PART_SUFFIX}")
+    temporary = unfinished(whole)
     try:
         if whole.exists() and not whole.is_file() and not whole.is_dir():
             whole.write_bytes(data)

@@ -40,7 +40,7 @@ def read_section(path: str | Path) -> Section:
             axis and boundary nodes at equal angles; see `section_check`.
     """
     path = Path(path)
-    check_regular(Path(path))
+    check_regular(path)
     mesh = _read(path)
     others = sorted({block.type for block in mesh.cells} - {"quad", *_IGNORED})
     blocks = [block.data for block in mesh.cells if block.type == "quad" and len(block.data)]

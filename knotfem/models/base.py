@@ -214,7 +214,7 @@ class Model(ABC):
     @property
     def force_scale(self) -> float:
         """B/r^2 of the softest rod [N]."""
-        return min(rod.bulk_axial_stiffness / 4.0 for rod in self.rods)
+        return self.scene.force_scale
 
     @property
     def mass(self) -> float:

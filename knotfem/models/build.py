@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 from knotfem.errors import InputError
 from knotfem.models.base import Additions, Model
 from knotfem.models.centreline import pushed_inwards
+from knotfem.models.plausible import unusual
 from knotfem.names import suggestion
 from knotfem.scene.model import Scene
-from knotfem.scene.plausible import unusual
 
 if TYPE_CHECKING:
     from knotfem.models.rod.initial import SourceRod

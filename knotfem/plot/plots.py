@@ -62,7 +62,7 @@ def plot_force(
         InputError: a column or the format is unknown, or the file cannot be written.
     """
     with paper_axes(out, title) as axes:
-        _draw_force(axes, curves, radius, bands or {})
+        _draw_force(axes, curves, radius, bands)
 
 
 def plot_comparison(

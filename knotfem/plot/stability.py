@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 GREEN, RED, ORANGE, GREY = "#2E8B57", "#C0392B", "#E67E22", "0.5"
-SHAPES = {"fem": 0, "rod": 1}
 Boundary = tuple[np.ndarray, np.ndarray, np.ndarray]
 _LOOKS = {
     "holds": ("o", GREEN, "holds"),
@@ -45,8 +44,8 @@ def plot_stability(
         InputError: the format is unknown or the file cannot be written.
     """
     x, mu = points["x"], points["friction"]
-    everything = [x, *(b[2] for b in boundaries.values())]
-    lowest, highest = (float(np.concatenate(everything).min()), float(np.concatenate(everything).max()))
+    loads = np.concatenate([x, *(b[2] for b in boundaries.values())])
+    lowest, highest = float(loads.min()), float(loads.max())
     right = max([0.4, *mu.tolist(), *(float(b[0].max(initial=0.0)) for b in boundaries.values())]) * 1.05
     with paper_axes(out, title, width=5.6) as axes:
         axes.set(xlabel=r"friction coefficient $\mu$", ylabel=r"$B\, /\, (T_0 r^2)$", xlim=(-0.015, right))

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knotfem.errors import InputError
+from knotfem.models.plausible import PROMISED
 from knotfem.results.base import RunData, displacement_of, frame_of
 from knotfem.run.columns import RUNNING
-from knotfem.scene.plausible import PROMISED
 from knotfem.scene.steps import Pull
 from knotfem.solver.nonlinear.tolerance import ForceTolerance
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from knotfem.errors import InputError
+from knotfem.run.columns import RUNNING
 from knotfem.types import Arrays
 
 
@@ -38,6 +39,26 @@ class Moment:
         return not np.isclose(self.displacement, self.step_displacement, rtol=1e-9, atol=1e-9)
 
 
+class AtMoment:
+    """What was read from one stored state.
+
+    Attributes:
+        moment: when it was.
+    """
+
+    moment: Moment
+
+    @property
+    def time(self) -> float:
+        """Time [s]."""
+        return self.moment.time
+
+    @property
+    def displacement(self) -> float:
+        """Of the reported end over all steps after tying [mm]; nan where it is not known."""
+        return self.moment.displacement
+
+
 def moments_of(table: Arrays) -> list[Moment]:
     """The states of a table with displacements and times, by ascending time."""
     if "time_s" not in table or "displacement_mm" not in table:
@@ -45,7 +66,7 @@ def moments_of(table: Arrays) -> list[Moment]:
     times, first = np.unique(table["time_s"], return_index=True)
     there = table["displacement_mm"][first].tolist()
     steps = table["step"][first].tolist() if "step" in table else [""] * len(there)
-    within = table["step_displacement_mm"][first].tolist() if "step_displacement_mm" in table else there
+    within = table[RUNNING][first].tolist() if RUNNING in table else there
     rows = zip(steps, there, within, times.tolist(), strict=True)
     return [Moment(str(step), d, own, time) for step, d, own, time in rows]
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from knotfem.errors import InputError
 from knotfem.results.base import RunData, frame_of
-from knotfem.results.moment import Moment, choose, moments_of
+from knotfem.results.moment import AtMoment, Moment, choose, moments_of
 from knotfem.types import Arrays
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ NEEDED = ("time_s", "displacement_mm", "s_over_L", "tension_N")
 
 
 @dataclass(frozen=True, eq=False)
-class TensionProfile:
+class TensionProfile(AtMoment):
     """Tension along the centreline in one state.
 
     Attributes:
@@ -34,16 +34,6 @@ class TensionProfile:
 
     def __repr__(self) -> str:
         return f"<tension profile at {self.moment}, {len(self.tension)} sections of {', '.join(self.rods)}>"
-
-    @property
-    def time(self) -> float:
-        """Time [s]."""
-        return self.moment.time
-
-    @property
-    def displacement(self) -> float:
-        """Of the reported end over all steps after tying [mm]."""
-        return self.moment.displacement
 
     @property
     def arclength(self) -> np.ndarray:

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from knotfem.results.fields import StateFields
-from knotfem.results.moment import Moment
+from knotfem.results.moment import AtMoment, Moment
 from knotfem.scene.model import Scene
 
 
 @dataclass(frozen=True, eq=False)
-class RunState:
+class RunState(AtMoment):
     """A stored state.
 
     Attributes:
@@ -26,16 +26,6 @@ class RunState:
     scene: Scene
     moment: Moment
     read: Callable[[], StateFields]
-
-    @property
-    def time(self) -> float:
-        """Time [s]."""
-        return self.moment.time
-
-    @property
-    def displacement(self) -> float:
-        """Of the reported end over all steps after tying [mm]; nan where it is not known."""
-        return self.moment.displacement
 
     @property
     def fields(self) -> StateFields:

@@ -167,7 +167,7 @@ class LiveBar:
             TextColumn("{task.fields[figures]}", table_column=Column(ratio=1, no_wrap=True)),
         )
         self._bar = Progress(
-            *columns, console=Console(file=None if _in_notebook() else stream), refresh_per_second=4, expand=True
+            *columns, console=Console(file=None if in_notebook() else stream), refresh_per_second=4, expand=True
         )
         self._clock, self._phase, self._task = _Clock(), "", None
 
@@ -240,12 +240,13 @@ def automatic_progress(*, shown: bool = True) -> Progress:
         shown: false for the log alone.
     """
     stream = sys.stderr
-    if shown and (_in_notebook() or (stream is not None and stream.isatty())):
+    if shown and (in_notebook() or (stream is not None and stream.isatty())):
         return LiveBar(stream)
     return Logged()
 
 
-def _in_notebook() -> bool:
+def in_notebook() -> bool:
+    """Whether a notebook shows what is told."""
     shell = sys.modules.get("IPython")
     instance = shell.get_ipython() if shell is not None else None
     return type(instance).__name__ == "ZMQInteractiveShell"
@@ -274,11 +275,14 @@ class _Clock:
 
 
 def _left(seconds: float) -> str:
-    if math.isnan(seconds):
-        return ""
+    return "" if math.isnan(seconds) else f"{clock(seconds)} left  "
+
+
+def clock(seconds: float) -> str:
+    """A time as a clock shows it."""
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
-    return f"{hours}:{minutes:02d}:{rest:02d} left  " if hours else f"{minutes}:{rest:02d} left  "
+    return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"
 
 
 _JSON_NAMES = {

@@ -29,7 +29,7 @@ from knotfem.solver.stepping.integrator import AcceptedStep, Continuation, integ
 from knotfem.solver.stepping.pace import Pace
 from knotfem.solver.system import System
 from knotfem.sparse.linear import solver_name
-from knotfem.stability.ends import free_ends
+from knotfem.stability.ends import deciding_steps
 from knotfem.tie import CentrelinePath
 
 LOG = logging.getLogger("knotfem")
@@ -364,7 +364,7 @@ class Simulation:
     def _new_watch(self) -> VerdictWatch | None:
         if self.knots_before is None or not self.scene.contact.enabled:
             return None
-        shown = any(free_ends(step) for step in self.wanted)
+        shown = deciding_steps(self.wanted)
         return VerdictWatch(self.model, self.monitor, self.knots_before) if shown else None
 
     def _judge(self, step: Step, *, settled: bool, at_rest: bool, output: bool) -> None:
@@ -382,10 +382,8 @@ class Simulation:
         self.notify(f"{step.name}: {message}; the run ends here")
 
     def verdict(self) -> dict[str, Any]:
-        """Verdict, evidence and failure mode, for the summary; None where no step shows whether the knot holds."""
-        if self.watch is None:
-            return {"verdict": None, "verdict_evidence": None, "failure_mode": None}
-        return self.watch.figures(self.state.x)
+        """Verdict, evidence and failure mode, for the summary; empty where no step shows whether the knot holds."""
+        return {} if self.watch is None else self.watch.figures(self.state.x)
 
     def _lost(self, step: Step) -> bool:
         """Whether a knot has come undone: an error in a step that must hold, of interest besides in a release."""

@@ -50,7 +50,7 @@ class VerdictWatch:
         self._arclengths = [
             target.slices.fractions * rod.length for rod, target in zip(model.rods, model.targets, strict=True)
         ]
-        deciding = next(step for step in scene.steps if step.name in deciding_steps(scene))
+        deciding = deciding_steps(scene.steps)[0]
         self._loaded, self._free = loaded_ends(deciding), free_ends(deciding)
         self._places = [*self._loaded, *self._free]
         self._meter = SlipMeter(len(model.rods), model.diameter)

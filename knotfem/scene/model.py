@@ -63,6 +63,11 @@ class Scene(Table):
     steps: tuple[Step, ...] = ()
 
     @property
+    def force_scale(self) -> float:
+        """B/r^2 of the softest rod [N]."""
+        return min(rod.bulk_axial_stiffness / 4.0 for rod in self.rods)
+
+    @property
     def diameter(self) -> float:
         """Of the thinnest rod, by which lengths are measured [mm]."""
         return min(rod.diameter for rod in self.rods)
@@ -175,13 +180,12 @@ class Scene(Table):
 
     @model_validator(mode="after")
     def _check_tolerance(self) -> Self:
-        scale = min(rod.bending_stiffness / rod.radius**2 for rod in self.rods)
-        if self.solver.force_tolerance > LARGEST_TOLERANCE * scale:
+        if self.solver.force_tolerance > LARGEST_TOLERANCE * self.force_scale:
             raise refusal(
                 "as large as the force of a knot",
                 at="solver.force_tolerance",
                 found=f"{self.solver.force_tolerance:g} N",
-                expected=f"at most {LARGEST_TOLERANCE * scale:.2g} N, a thousandth of B/r^2",
+                expected=f"at most {LARGEST_TOLERANCE * self.force_scale:.2g} N, a thousandth of B/r^2",
             )
         return self
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from knotfem.scene.model import Scene
+from collections.abc import Sequence
+
 from knotfem.scene.steps import Driven, Free, Loaded, Step
 
 FREE_FRACTION = 0.5
@@ -30,9 +31,9 @@ def free_ends(step: Step) -> list[Place]:
     return [place for place in (*step.having(Free), *_loads(step)) if place not in loaded]
 
 
-def deciding_steps(scene: Scene) -> list[str]:
-    """Names of the steps with a loaded and a free end, which show whether the knot holds."""
-    return [step.name for step in scene.steps if free_ends(step)]
+def deciding_steps(steps: Sequence[Step]) -> list[Step]:
+    """Steps with a loaded and a free end, which show whether the knot holds."""
+    return [step for step in steps if free_ends(step)]
 
 
 def _loads(step: Step) -> dict[Place, float]:

@@ -170,8 +170,9 @@ class SlipMeter:
             if j >= 0:
                 steps[i] = np.nan_to_num(np.subtract(now[j].places, self.crossings[i].places))
         self.through += _through(self.crossings, follows, steps, self.through.size)
-        for tracks in {id(t): t for t in (self.since_step, self.since_mark)}.values():
-            tracks.follow(follows, steps)
+        self.since_step.follow(follows, steps)
+        if self.since_mark is not self.since_step:
+            self.since_mark.follow(follows, steps)
         self.crossings = now
 
     def begin_step(self, lines: Sequence[Line]) -> None:

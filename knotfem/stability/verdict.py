@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -48,7 +49,7 @@ def verdict_of(signs: Signs) -> Verdict:
         return "unravels"
     if signs.at_rest:
         return "holds"
-    if signs.rate == signs.rate:
+    if not math.isnan(signs.rate):
         return "slips" if signs.rate >= SLIP_RATE else "holds" if signs.rate <= HOLD_RATE else "undecided"
     return "slips" if signs.through > SLIP_OVER_DIAMETER * signs.diameter else "undecided"
 
@@ -61,8 +62,8 @@ def in_words(verdict: Verdict, signs: Signs, mode: str) -> str:
         return f"the knot unravels: {signs.lost}{slid.get(mode, '')}"
     if verdict == "holds" and signs.at_rest:
         return f"the knot holds: it came to rest under the load after {d} of rod had run through it"
-    last = f"{100.0 * signs.rate:.0f} % of the last displacement ran through it" if signs.rate == signs.rate else ""
-    if last:
+    if not math.isnan(signs.rate):
+        last = f"{100.0 * signs.rate:.0f} % of the last displacement ran through it"
         said = {"holds": "the knot holds", "slips": "the knot slips"}.get(verdict, "undecided, the knot still tightens")
         return f"{said}: {last}"
     if verdict == "slips":

@@ -44,11 +44,6 @@ class Lowering:
     every: float = 0.01
 
 
-def bending_force(scene: Scene) -> float:
-    """B/r^2 of the softest rod [N]: the load B/(x r^2) is this over x."""
-    return min(rod.bulk_axial_stiffness for rod in scene.rods) / 4.0
-
-
 def dead_load(
     source: str | Path | Scene,
     load: float | str,
@@ -94,9 +89,9 @@ def dead_load(
     drops = dict.fromkeys(_free(scene, pulls), away) if free is None else _named(scene, free, "free")
     if set(pulls) & set(drops):
         raise InputError("an end is both loaded and free", key="free", found=", ".join(map(".".join, drops)))
-    held = _ends({place: _load(force, direction) for place, direction in pulls.items()})
+    large = {place: _load(force, direction) for place, direction in pulls.items()}
     small = {place: _load(free_load * force, direction) for place, direction in drops.items()}
-    gone = _ends({**{place: _load(force, direction) for place, direction in pulls.items()}, **small})
+    held, gone = _ends(large), _ends({**large, **small})
     coefficient = scene.contact.friction if friction is None else friction
     changes: dict[str, Any] = {"contact.friction": coefficient, "steps": [*_tying(scene), *_loading(held, ramp)]}
     changes["steps"].append({"name": "let-go", "kind": "release", "duration": LONGEST, "ends": gone})

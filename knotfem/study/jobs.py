@@ -28,11 +28,6 @@ class Workers(Protocol):
     """What `Jobs` asks of the engine."""
 
     @property
-    def running(self) -> int:
-        """See `Engine.running`."""
-        ...
-
-    @property
     def busy(self) -> bool:
         """See `Engine.busy`."""
         ...

@@ -7,9 +7,12 @@ import logging
 import math
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import closing, contextmanager
 from dataclasses import asdict, dataclass
 from typing import IO, Protocol
+
+from knotfem.run.progress import clock, in_notebook
 
 LINES_EVERY = 30.0
 """Seconds between lines where nothing ends."""
@@ -35,7 +38,7 @@ class Tally:
 
     def __str__(self) -> str:
         left = (
-            "" if math.isnan(self.left_s) or self.done + self.failed == self.points else f", {_clock(self.left_s)} left"
+            "" if math.isnan(self.left_s) or self.done + self.failed == self.points else f", {clock(self.left_s)} left"
         )
         return f"{self.done} of {self.points} points done, {self.running} running, {self.failed} failed{left}"
 
@@ -150,12 +153,23 @@ def study_progress(*, quiet: bool = False, log_format: str | None = None) -> Stu
     stream = sys.stderr
     if log_format == "json" and stream is not None:
         return StudyLines(stream, as_json=True)
-    shell = sys.modules.get("IPython")
-    if shell is not None and type(shell.get_ipython()).__name__ == "ZMQInteractiveShell":
+    if in_notebook():
         return StudyBar(None)
     if stream is not None and stream.isatty():
         return StudyBar(stream)
     return LoggedStudy() if log_format is None or stream is None else StudyLines(stream, as_json=False)
+
+
+@contextmanager
+def showing(progress: StudyProgress | bool) -> Iterator[StudyProgress]:
+    """Progress of a call from Python, closed at its end.
+
+    Args:
+        progress: whether to show it, or an object that is told.
+    """
+    shown = study_progress(quiet=not progress) if isinstance(progress, bool) else progress
+    with closing(shown):
+        yield shown
 
 
 class _Pace:
@@ -170,9 +184,3 @@ class _Pace:
             return False
         self._ended, self._told = ended, now
         return True
-
-
-def _clock(seconds: float) -> str:
-    minutes, rest = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"

@@ -6,12 +6,12 @@ import knotfem as kf
 from knotfem.errors import InputError
 from knotfem.scene.steps import Clamped, Free, Loaded
 from knotfem.stability.ends import free_ends, loaded_ends
-from knotfem.study.dead_load import Lowering, bending_force, dead_load
+from knotfem.study.dead_load import Lowering, dead_load
 
 
 def test_the_unit_of_force_is_b_over_r_squared():
     scene = kf.load_scene("bowline")
-    assert bending_force(scene) == pytest.approx(10.07, rel=1e-3)
+    assert scene.force_scale == pytest.approx(10.07, rel=1e-3)
 
 
 def test_the_pull_of_the_shipped_scene_is_replaced():

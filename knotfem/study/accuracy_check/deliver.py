@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 from collections.abc import Mapping
 from contextlib import suppress
@@ -10,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from knotfem.errors import InputError, cannot_write
-from knotfem.files import PART_SUFFIX, write_atomically
+from knotfem.files import PART_SUFFIX, unfinished, write_atomically
 from knotfem.results.data import open_run
 from knotfem.results.figures import RunFigures
 from knotfem.results.run import Run
@@ -62,8 +61,7 @@ def deliver(chosen: RunDirectory, out: Path, block: Mapping[str, Any]) -> Run:
         InUse: another process computes the run that is there.
     """
     out = out.resolve()
-    part = out.with_name(f".{out.name}.{os.getpid()}{PART_SUFFIX}")
-    old = out.with_name(f".{out.name}.{os.getpid()}.old{PART_SUFFIX}")
+    part, old = unfinished(out), unfinished(out.with_name(f"{out.name}.old"))
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         shutil.copytree(chosen.path, part, ignore=shutil.ignore_patterns("*.lock", f"*{PART_SUFFIX}"))

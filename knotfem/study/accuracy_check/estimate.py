@@ -42,8 +42,8 @@ class Change:
 
     @property
     def gain(self) -> float:
-        """How much of this error the finer setting removes."""
-        return self.error * (1.0 - self.factor)
+        """How much of this error the finer setting removes: what it changes."""
+        return self.change or 0.0
 
 
 def estimated_error(changes: Sequence[Change]) -> float | None:

@@ -99,9 +99,8 @@ def table_of(checked: CheckedAccuracy) -> Table:
 
     table = Table("choice", "from", "to", "change, %", "error, %", "CPU s", title="settings and the next finer ones")
     for change in checked.changes:
-        figures = ["-" if value is None else f"{100.0 * value:.2f}" for value in (change.change, change.error)]
-        if change.change is None:
-            figures[1] = "-"
+        row = row_of(change)
+        figures = ["-" if row[name] is None else f"{100.0 * row[name]:.2f}" for name in ("change", "error")]
         cpu = "-" if change.cpu_s is None else f"{change.cpu_s:.1f}"
         note = " (expected)" if change.expected else ""
         table.add_row(change.choice, change.before, change.after, figures[0] + note, figures[1], cpu)

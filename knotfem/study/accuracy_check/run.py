@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from contextlib import closing
 from functools import cache
 from pathlib import Path
 
@@ -19,7 +18,7 @@ from knotfem.study.accuracy_check.report import CheckedAccuracy, block_of
 from knotfem.study.accuracy_check.search import Search
 from knotfem.study.engine.places import Place, place_of, whole_machine
 from knotfem.study.jobs import Jobs
-from knotfem.study.progress import StudyProgress, study_progress
+from knotfem.study.progress import StudyProgress, showing
 from knotfem.study.records import stored
 from knotfem.study.refinement import Level
 
@@ -82,8 +81,7 @@ def check_accuracy(
     check_place(result, folder, force=force)
     settings, start = starting_point(asked, target, stored())
     base = load_scene(asked, [*settings, "accuracy=none"])
-    shown = study_progress(quiet=not progress) if isinstance(progress, bool) else progress
-    with closing(shown):
+    with showing(progress) as shown:
         shown.message(f"starts from {start}")
         found = Search(_jobs(base, folder, seconds, place, shown.message), target, shown.message).run()
         block = block_of(found, target, folder, start)

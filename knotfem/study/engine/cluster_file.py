@@ -77,11 +77,6 @@ class ClusterFile(Table):
         except ValidationError as error:
             raise SeveralErrors(input_errors(error, tables, file=path)) from None
 
-    @property
-    def most_jobs(self) -> int:
-        """Jobs at a time."""
-        return self.jobs
-
     def arguments(self) -> dict[str, Any]:
         """Arguments of the class of dask-jobqueue."""
         threads = [f"export {name}=1" for name in VARIABLES]

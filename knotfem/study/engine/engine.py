@@ -93,7 +93,6 @@ class _Out:
     job: Job
     checkpoint: str
     losses: int = 0
-    began: float = 0.0
 
 
 class Engine:
@@ -277,7 +276,7 @@ class Engine:
                 return
             heapq.heappop(self._waiting)
             job.prepare()
-            self._send(_Out(job, _newest(job.run), began=time.monotonic()))
+            self._send(_Out(job, _newest(job.run)))
 
     def _crowded(self, job: Job) -> bool:
         """Whether a run has to wait until others have given their memory back."""
@@ -307,9 +306,7 @@ class Engine:
 
     def _take(self, future: Future) -> Ended | None:
         """What became of a run, or None where it is handed out again."""
-        key = str(future.key)
-        self._futures.pop(key, None)
-        out = self._out.pop(key, None)
+        out = self._claim(future)
         if out is None:
             return None
         if future.status == "cancelled" or future.cancelled():
@@ -319,6 +316,12 @@ class Engine:
             return self._worker_lost(out, error)
         reply: Reply = future.result()
         return self._answered(out, reply)
+
+    def _claim(self, future: Future) -> _Out | None:
+        """The job that a future stands for, which no worker has any more; None where nobody waits for it."""
+        key = str(future.key)
+        self._futures.pop(key, None)
+        return self._out.pop(key, None)
 
     def _answered(self, out: _Out, reply: Reply) -> Ended | None:
         job = out.job
@@ -370,9 +373,7 @@ class Engine:
         while self._out and time.monotonic() < deadline:
             with suppress(queue.Empty):
                 future = self._ended.get(timeout=POLL)
-                key = str(future.key)
-                self._futures.pop(key, None)
-                out = self._out.pop(key, None)
+                out = self._claim(future)
                 if out is not None and future.status == "finished":
                     reply: Reply = future.result()
                     if reply.files is not None:

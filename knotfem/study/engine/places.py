@@ -170,7 +170,7 @@ class Jobqueue(Place):
     @property
     def slots(self) -> int:
         """Processes of all jobs."""
-        return self.file.most_jobs * self.file.workers
+        return self.file.jobs * self.file.workers
 
     @contextmanager
     def client(self) -> Iterator[Client]:

@@ -61,17 +61,12 @@ def next_friction(
         width: of the bracket that is wanted.
     """
     lowest, highest = limits
-    if any(known.values()) and all(known.values()):
-        wanted = lowest
-    elif not any(known.values()):
-        wanted = highest
+    found = bracket_of(known)
+    if found is not None:
+        steps = round((found.high - found.low) / width, 6)
+        if steps <= 1.0:
+            return None
+        wanted = round(found.low + width * max(1, int(steps / 2.0)), DIGITS)
     else:
-        found = bracket_of(known)
-        if found is None:
-            wanted = highest
-        else:
-            steps = round((found.high - found.low) / width, 6)
-            if steps <= 1.0:
-                return None
-            wanted = round(found.low + width * max(1, int(steps / 2.0)), DIGITS)
+        wanted = lowest if known and all(known.values()) else highest
     return None if wanted in known or wanted in tried else wanted

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,9 +12,9 @@ import numpy as np
 from knotfem.errors import InputError
 from knotfem.files import write_json
 from knotfem.results.base import frame_of
-from knotfem.run.tables import write_table
+from knotfem.run.tables import read_table, write_table
 from knotfem.study.stability.boundary import Bracket, bracket_of
-from knotfem.study.stability.grid import KEPT, LOWERED
+from knotfem.study.stability.grid import KEPT, KEYS, LOWERED
 from knotfem.study.sweep.table import CSV, StudyTable
 from knotfem.theory import crossing, fit_boundary
 from knotfem.types import Arrays
@@ -52,23 +51,22 @@ class StabilityDiagram:
         Only loads at which that law governs count, x above its crossing with the law for flexible rods.
         """
         found: dict[str, Any] = {}
-        b = self.boundary
-        for model, protocol in dict.fromkeys(zip(b["model"].tolist(), b["protocol"].tolist(), strict=True)):
-            of = (b["model"] == model) & (b["protocol"] == protocol) & (b["x"] > crossing())
-            width = (b["high"] - b["low"])[of]
+        for label, (friction, half, x) in self._boundaries().items():
+            stiff = x > crossing()
+            width = 2.0 * half[stiff]
             try:
-                fit = fit_boundary(b["x"][of], b["friction"][of], width if (width > 0.0).all() else None)
+                fit = fit_boundary(x[stiff], friction[stiff], width if (width > 0.0).all() else None)
             except InputError as error:
-                found[f"{model}, {protocol}"] = {"refused": str(error)}
+                found[label] = {"refused": str(error)}
                 continue
-            found[f"{model}, {protocol}"] = {
+            found[label] = {
                 "alpha": fit.alpha,
                 "alpha_error": fit.alpha_error,
                 "beta": fit.beta,
                 "beta_error": fit.beta_error,
                 "correlation": fit.correlation,
                 "spread": fit.spread,
-                "x": b["x"][of].tolist(),
+                "x": x[stiff].tolist(),
             }
         return found
 
@@ -114,14 +112,9 @@ class StabilityDiagram:
         """
         from knotfem.plot.stability import plot_stability
 
-        boundaries = {
-            **{label: self.boundary_of(*key) for key in self._kinds() for label in [", ".join(key)]},
-            **{
-                f"{label}: {', '.join(key)}": other.boundary_of(*key)
-                for label, other in (others or {}).items()
-                for key in other._kinds()
-            },
-        }
+        boundaries = self._boundaries()
+        for name, other in (others or {}).items():
+            boundaries |= {f"{name}: {label}": boundary for label, boundary in other._boundaries().items()}
         points = {name: self.table[name] for name in ("model", "friction", "x", "verdict", "failure_mode")}
         kept = self.table["protocol"] == KEPT
         plot_stability({k: v[kept] for k, v in points.items()}, boundaries, out, theory=self.bowline)
@@ -140,9 +133,10 @@ class StabilityDiagram:
         """
         return frame_of(self.table.columns)
 
-    def _kinds(self) -> list[tuple[str, str]]:
-        b = self.boundary
-        return list(dict.fromkeys(zip(b["model"].tolist(), b["protocol"].tolist(), strict=True)))
+    def _boundaries(self) -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]:
+        """All of them, by model and protocol; see `boundary_of`."""
+        kinds = zip(self.boundary["model"].tolist(), self.boundary["protocol"].tolist(), strict=True)
+        return {", ".join(kind): self.boundary_of(*kind) for kind in dict.fromkeys(kinds)}
 
 
 def known_verdicts(table: StudyTable) -> dict[tuple[str, float], dict[float, bool]]:
@@ -194,19 +188,7 @@ def open_stability(folder: str | Path) -> StabilityDiagram:
         InputError: the folder holds none.
     """
     path = Path(folder)
-    try:
-        table, boundary = _read(path / CSV), _read(path / BOUNDARY)
-    except OSError:
-        raise InputError("no stability diagram", file=path, expected="a folder that knotfem stability wrote") from None
+    if not (path / CSV).exists() or not (path / BOUNDARY).exists():
+        raise InputError("no stability diagram", file=path, expected="a folder that knotfem stability wrote")
+    table, boundary = read_table(path / CSV, KEYS), read_table(path / BOUNDARY, COLUMNS)
     return StabilityDiagram(StudyTable(path, table), boundary, (path / FIT).exists())
-
-
-def _read(path: Path) -> Arrays:
-    with path.open(newline="", encoding="utf-8") as file:
-        names, *rows = list(csv.reader(file))
-    columns = dict(zip(names, zip(*rows, strict=True), strict=True)) if rows else {name: () for name in names}
-    numbers = ("friction", "x", "tension_N", "low", "high", "monotone")
-    return {
-        name: np.array([float(value or "nan") for value in column]) if name in numbers else np.array(column, dtype=str)
-        for name, column in columns.items()
-    }

@@ -12,7 +12,7 @@ from knotfem.run.directory import RunDirectory
 from knotfem.run.expected import expected_memory_mb, expected_seconds
 from knotfem.scene.load import load_scene
 from knotfem.scene.model import Scene
-from knotfem.study.dead_load import FREE_LOAD, Directions, Lowering, bending_force, dead_load
+from knotfem.study.dead_load import FREE_LOAD, Directions, Lowering, dead_load
 from knotfem.study.engine.outcomes import known_outcome
 from knotfem.study.sweep.axes import Point
 from knotfem.study.sweep.plan import DEFAULTS, Planned
@@ -63,7 +63,7 @@ class Grid:
 
     def tension(self, stiffness: float) -> float:
         """T0 [N] of a knot with x = B/(T0 r^2)."""
-        return bending_force(self.scene) / stiffness
+        return self.scene.force_scale / stiffness
 
     def point(self, folder: Path, model: str, stiffness: float, friction: float, protocol: str = KEPT) -> Planned:
         """One point, ready to run.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -15,16 +15,14 @@ from knotfem.scene.load import Overrides, load_scene
 from knotfem.scene.model import Scene
 from knotfem.study.dead_load import FREE_LOAD, Directions, Lowering
 from knotfem.study.engine.places import Place, place_of
-from knotfem.study.progress import StudyProgress, study_progress
+from knotfem.study.progress import StudyProgress, showing
 from knotfem.study.stability.boundary import next_friction
 from knotfem.study.stability.diagram import StabilityDiagram, boundary_of, known_verdicts
 from knotfem.study.stability.grid import COLLECT, FRICTION, KEPT, KEYS, STIFFNESS, Grid
 from knotfem.study.sweep.plan import Planned, cost_of
-from knotfem.study.sweep.points import WAITING, Asked, Points
+from knotfem.study.sweep.points import WAITING, Asked, Points, folder_at
 from knotfem.study.sweep.table import StudyTable
 
-WIDTH = 0.01
-"""Of the bracket in which the boundary is to lie, by default."""
 BOWLINE = "8_20"
 """Knot of a bowline whose ends are continued to infinity."""
 MODELS = ("fem", "rod")
@@ -92,8 +90,7 @@ def stability(
     )  # fmt: skip
     folder = folder_of(asked, out)
     place = place_of(jobs, scheduler, cluster)
-    shown = study_progress(quiet=not progress) if isinstance(progress, bool) else progress
-    with closing(shown):
+    with showing(progress) as shown:
         return asked.run(folder, place, shown)
 
 
@@ -103,10 +100,7 @@ def folder_of(asked: StabilityStudy, out: str | Path | None) -> Path:
     Raises:
         InputError: the place is a file.
     """
-    folder = Path(out) if out is not None else Path("stability") / asked.grid.scene.name
-    if folder.is_file():
-        raise InputError("this is a file", file=folder, expected="a folder for the study")
-    return folder
+    return folder_at(Path(out) if out is not None else Path("stability") / asked.grid.scene.name)
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,8 +128,7 @@ class StabilityStudy:
 
     def follow(self, folder: Path, table: StudyTable) -> list[Planned]:
         """Points by which brackets become narrower, at most one for each model and load."""
-        if self.width is None:
-            return []
+        assert self.width is not None, "asked only where there is one"
         known = known_verdicts(table)
         names = ("model", "protocol", "x", "friction", "state")
         rows = list(zip(*(table[name].tolist() for name in names), strict=True))
@@ -162,8 +155,8 @@ class StabilityStudy:
     def run(self, folder: Path, place: Place, progress: StudyProgress) -> StabilityDiagram:
         """Run it; see `stability`."""
         asked = Asked(self.grid.scene.name, KEYS, COLLECT, self.text)
-        points = Points(asked, folder, self.planned(folder), place, progress, lambda table: self.follow(folder, table))
-        table = points.run()
+        follow = None if self.width is None else partial(self.follow, folder)
+        table = Points(asked, folder, self.planned(folder), place, progress, follow).run()
         knots = {knot for knot in table["knot"].tolist() if knot}
         bowline = len(self.grid.scene.rods) == 1 and knots == {BOWLINE}
         diagram = StabilityDiagram(table, boundary_of(table), bowline)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from knotfem.errors import KnotfemError, NotConverged
+from knotfem.errors import InputError, KnotfemError, NotConverged
 from knotfem.files import write_atomically, write_json
 from knotfem.run.directory import RunDirectory
 from knotfem.run.provenance import library_versions, timestamp
@@ -28,6 +28,17 @@ WRITE_EVERY = 5.0
 """Seconds between updates of table and status."""
 WAITING = "waiting"
 """State of a point without an outcome."""
+
+
+def folder_at(path: Path) -> Path:
+    """A place for a study.
+
+    Raises:
+        InputError: it is a file.
+    """
+    if path.is_file():
+        raise InputError("this is a file", file=path, expected="a folder for the study")
+    return path
 
 
 @dataclass(frozen=True)

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import closing
 from pathlib import Path
 from typing import Any
 
-from knotfem.errors import InputError
 from knotfem.scene.load import Overrides
 from knotfem.study.engine.places import Place, place_of
-from knotfem.study.progress import StudyProgress, study_progress
+from knotfem.study.progress import StudyProgress, showing
 from knotfem.study.sweep.plan import cost_of, plan
-from knotfem.study.sweep.points import Asked, Points
+from knotfem.study.sweep.points import Asked, Points, folder_at
 from knotfem.study.sweep.study_file import Study, read_study, study_text
 from knotfem.study.sweep.table import StudyTable
 
@@ -57,8 +55,7 @@ def sweep(
     wanted = read_study(study, overrides)
     folder = folder_of(study, wanted, out)
     planned = plan(wanted, folder, None if isinstance(study, Mapping) else study)
-    shown = study_progress(quiet=not progress) if isinstance(progress, bool) else progress
-    with closing(shown):
+    with showing(progress) as shown:
         asked = Asked(wanted.name, wanted.keys, wanted.collect, study_text(wanted))
         return Points(asked, folder, planned, place, shown).run()
 
@@ -85,6 +82,4 @@ def folder_of(study: str | Path | Mapping[str, Any], wanted: Study, out: str | P
         folder = Path(study)
     else:
         folder = Path("studies") / wanted.name
-    if folder.is_file():
-        raise InputError("this is a file", file=folder, expected="a folder for the study")
-    return folder
+    return folder_at(folder)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from knotfem.errors import InputError
-from knotfem.files import PART_SUFFIX
+from knotfem.files import write_atomically
 from knotfem.names import suggestion
 from knotfem.results.base import frame_of
 from knotfem.results.data import open_run
@@ -122,13 +120,6 @@ def _write_parquet(path: Path, columns: Arrays) -> None:
     except ImportError:
         return
     table = pyarrow.table({name: pyarrow.array(values.tolist()) for name, values in columns.items()})
-    part = path.with_name(f".{path.name}.{os.getpid()}{PART_SUFFIX}")
-    try:
-        parquet.write_table(table, part)
-        part.replace(path)
-    except OSError as error:
-        with suppress(OSError):
-            part.unlink(missing_ok=True)
-        from knotfem.errors import cannot_write
-
-        raise cannot_write(path, error) from error
+    content = pyarrow.BufferOutputStream()
+    parquet.write_table(table, content)
+    write_atomically(path, content.getvalue().to_pybytes())

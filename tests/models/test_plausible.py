@@ -5,8 +5,8 @@ import pytest
 from knotfem import shipped
 from knotfem.errors import InputError
 from knotfem.models.build import build_model
+from knotfem.models.plausible import largest_tolerance, unusual
 from knotfem.scene import load_scene
-from knotfem.scene.plausible import largest_tolerance, unusual
 
 LEAST = ("model=rod", "rods.0.mesh.element_length=6 mm")
 

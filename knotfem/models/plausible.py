@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from math import sqrt
 
 from knotfem.scene.model import Scene
-from knotfem.scene.rods import Material, Rod
+from knotfem.scene.rods import Material
 from knotfem.scene.steps import Loaded, Pull
+from knotfem.solver.nonlinear.tolerance import ForceTolerance
 
 MODULUS = (1e-3, 2e6)
 """Between soft gels and diamond [MPa]."""
@@ -30,8 +31,6 @@ LOOSE_FORCE = 0.03
 """Force of a loose knot, in units of B/r^2."""
 PROMISED = 0.01
 """Fraction of the force that the solver's tolerance should not exceed."""
-RESULTANT_OVER_NODE = 10.0
-"""Tolerance of resultants over that of nodes."""
 
 
 def unusual(scene: Scene) -> list[str]:
@@ -107,12 +106,7 @@ def _solver(scene: Scene) -> Iterator[str]:
 
 def largest_tolerance(scene: Scene) -> float:
     """The largest `solver.force_tolerance` that promises the force of a loose knot to `PROMISED` [N]."""
-    return PROMISED * LOOSE_FORCE / RESULTANT_OVER_NODE * min(map(_force_scale, scene.rods))
-
-
-def _force_scale(rod: Rod) -> float:
-    """B/r^2 [N]."""
-    return rod.bending_stiffness / rod.radius**2
+    return PROMISED * LOOSE_FORCE * scene.force_scale / ForceTolerance.of(1.0).resultant
 
 
 def _outside(key: str, value: float, usual: tuple[float, float], unit: str, why: str) -> Iterator[str]:
