@@ -39,6 +39,8 @@ HIGHLIGHTS = (
 )
 """What a verb shows of summary.json."""
 
+OPTIONS = ("at", "step", "label", "width", "height", "font", "axis", "xlim", "ylim", "force_unit", "quantity")
+"""Arguments of the library that are options of the same name here."""
 run_argument = click.argument("run", metavar="RUN", type=click.Path(path_type=Path))
 output_option = click.option("-o", "--output", type=click.Path(path_type=Path), help="Where to write.")
 force_option = click.option("--force", is_flag=True, help="Replace the run that is there.")
@@ -119,7 +121,7 @@ def _in_options(error: KnotfemError) -> str:
     if not isinstance(error, InputError):
         return str(error)
     file = "--set" if error.file == OVERRIDES else error.file
-    key = f"--{error.key}" if error.key in ("at", "step") else error.key
+    key = f"--{error.key.replace('_', '-')}" if error.key in OPTIONS else error.key
     return str(InputError(error.problem, file=file, key=key, found=error.found, expected=error.expected))
 
 
@@ -142,10 +144,17 @@ def displacement(at: str | None, option: str = "--at") -> float | None:
     return parse_quantity(at, LENGTH, option)
 
 
-def say_state(wanted: float | None, found: Moment) -> None:
-    """Say which stored state was taken, and that it is the nearest where another displacement [mm] was asked for."""
+def say_state(wanted: float | None, found: Moment, run: str = "") -> None:
+    """Say which stored state was taken, and that it is the nearest where another displacement [mm] was asked for.
+
+    Args:
+        wanted: displacement that was asked for, or None.
+        found: the state.
+        run: whose it is, where there are several.
+    """
     other = wanted is not None and not math.isclose(found.displacement, wanted, rel_tol=1e-6, abs_tol=1e-6)
-    click.echo(f"{'the nearest stored state' if other else 'state'}: {found}", err=True)
+    what = "the nearest stored state" if other else "state"
+    click.echo(f"{run}{', ' * bool(run)}{what}: {found}", err=True)
 
 
 def moment_json(found: Moment) -> dict[str, Any]:

@@ -13,7 +13,7 @@ import click
 import knotfem
 
 VERBS = (
-    "scenes", "check", "tie", "pull", "tension", "resume", "render", "export", "compare", "cost", "sweep",
+    "scenes", "check", "tie", "pull", "tension", "resume", "render", "export", "plot", "compare", "cost", "sweep",
     "stability", "verify", "doctor",
 )  # fmt: skip
 

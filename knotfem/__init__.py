@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from knotfem.results.compare import Comparison, compare
     from knotfem.results.data import open_run
     from knotfem.results.export import export
+    from knotfem.results.plot import plot
     from knotfem.results.run import Run
     from knotfem.run.check import check
     from knotfem.run.simulation import TimeStepDone
@@ -69,6 +70,7 @@ _PLACES = {
     "compare": "knotfem.results.compare",
     "open_run": "knotfem.results.data",
     "export": "knotfem.results.export",
+    "plot": "knotfem.results.plot",
     "Run": "knotfem.results.run",
     "check": "knotfem.run.check",
     "TimeStepDone": "knotfem.run.simulation",
@@ -90,12 +92,12 @@ __all__ = [
     "CheckedAccuracy", "Comparison", "Foot", "InputError", "Interrupted", "KnotLost", "KnotfemError", "Material",
     "MissingDependency", "NotConverged", "Obstacle", "RigidSurface", "Role", "Run", "Scene", "StabilityDiagram",
     "Stopped", "StudyTable", "Term", "TimeStep", "TimeStepDone", "__version__", "check", "check_accuracy", "compare",
-    "export", "load_scene", "open_run", "pull", "resume", "stability", "steps", "sweep", "theory", "tie",
+    "export", "load_scene", "open_run", "plot", "pull", "resume", "stability", "steps", "sweep", "theory", "tie",
 ]  # fmt: skip
 
 
 class _Package(ModuleType):
-    """Keeps the verbs `stability` and `tie` what they are when the subpackages of these names are imported."""
+    """Keeps the verbs `plot`, `stability` and `tie` what they are when the subpackages of these names are imported."""
 
     def __setattr__(self, name: str, value: object) -> None:
         if not (name in _PLACES and isinstance(value, ModuleType)):

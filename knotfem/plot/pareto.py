@@ -6,7 +6,8 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from knotfem.plot.plots import COLOURS, paper_axes
+from knotfem.plot.curves import COLOURS
+from knotfem.plot.paper import paper_axes
 
 if TYPE_CHECKING:
     from matplotlib.axis import Axis

@@ -2,43 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from io import BytesIO
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from knotfem.errors import InputError, MissingDependency
-from knotfem.files import write_atomically
-from knotfem.plot.fonts import literal, use_fonts_for, without_glyph_warnings
+from knotfem.plot.curves import COLOURS, Table, column, draw_force, draw_profiles, legend, styles
+from knotfem.plot.fonts import literal
+from knotfem.plot.paper import COLUMN, Sheet, paper_axes, written
 from knotfem.types import Array
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-Table = Mapping[str, ArrayLike] | Sequence[Mapping[str, Any]]
-
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-LINES = ("-", "--", ":", "-.")
-SUFFIXES = (".png", ".pdf", ".svg")
-_STYLE: Any = {
-    "font.size": 9,
-    "axes.labelsize": 10,
-    "axes.linewidth": 0.8,
-    "axes.xmargin": 0.0,
-    "xtick.direction": "in",
-    "ytick.direction": "in",
-    "ytick.right": True,
-    "legend.frameon": False,
-    "legend.fontsize": 8,
-    "lines.linewidth": 1.4,
-    "savefig.dpi": 200,
-    "svg.fonttype": "none",
-    "pdf.fonttype": 42,
-}
 
 
 def plot_force(
@@ -48,6 +22,7 @@ def plot_force(
     radius: float,
     title: str | None = None,
     bands: Mapping[str, float] | None = None,
+    unbalanced: Sequence[tuple[float, float]] = (),
 ) -> None:
     """Draw force against displacement of the pulled end.
 
@@ -57,12 +32,13 @@ def plot_force(
         radius: radius of the rod in mm; displacement is drawn in radii below and in mm above.
         title: heading.
         bands: half the width [N] of a band around a curve, by its label.
+        unbalanced: displacements [mm] between which the one curve is not of equilibria, shaded.
 
     Raises:
         InputError: a column or the format is unknown, or the file cannot be written.
     """
     with paper_axes(out, title) as axes:
-        _draw_force(axes, curves, radius, bands)
+        draw_force(axes, curves, dict.fromkeys(curves, radius), bands=bands, unbalanced=unbalanced)
 
 
 def plot_comparison(
@@ -93,14 +69,15 @@ def plot_comparison(
     Raises:
         InputError: a column or the format is unknown, or the file cannot be written.
     """
-    with _paper_panels(out, None, bool(forces) + bool(profiles), width=3.6) as panels:
+    count = bool(forces) + bool(profiles)
+    with written(out, None, count, Sheet(count * COLUMN)) as panels:
         if forces:
-            _draw_force(panels[0], forces, radius)
+            draw_force(panels[0], forces, dict.fromkeys(forces, radius))
             if locking is not None:
                 panels[0].axvline(locking / radius, color="0.5", lw=0.8, ls="--", label="begins to lock")
-                _legend(panels[0])
+                legend(panels[0])
         if profiles:
-            _draw_profiles(panels[-1], profiles, named=not forces)
+            draw_profiles(panels[-1], profiles, named=not forces)
             panels[-1].set_ylabel(r"tension $T / F$" if over_force else r"tension $T$ (N)")
             places = ", ".join(dict.fromkeys(f"{place:.4g}" for place in at or ()))
             heading = rf"$\delta = {places}$ mm" if places else f"end of {step}" if step else ""
@@ -118,8 +95,8 @@ def plot_tension(
 ) -> None:
     """Draw the tension along the centreline.
 
-    One table is drawn in all its parts: nodal forces across each section, the integral of stresses, and core and bulk
-    apart. Several are drawn by their nodal forces.
+    One table is drawn in all its parts: nodal forces across each section, the integral of stresses, and below these,
+    on an axis of their own, core and bulk apart. Several are drawn by their nodal forces.
 
     Args:
         curves: tables with the columns `s_over_L`, `tension_N`, `core_N` and `bulk_N` (of tension.csv), by label.
@@ -132,23 +109,29 @@ def plot_tension(
     Raises:
         InputError: a column or the format is unknown, or the file cannot be written.
     """
-    with paper_axes(out, title) as axes:
+    whole = Sheet()
+    parted = len(curves) == 1
+    sheet = replace(whole, height=1.4 * whole.height) if parted else whole
+    with written(out, title, 1, sheet, rows=(2.0, 1.0) if parted else (1.0,)) as (axes, *below):
         for start, end in drops:
             axes.axvspan(start, end, color="0.93", lw=0)
         for level in levels:
             axes.axhline(level, color="0.5", lw=0.8, ls="--")
-        for colour, (label, table) in zip(_colours(curves), curves.items(), strict=True):
-            s, tension = _column(table, "s_over_L"), _column(table, "tension_N") / applied
-            axes.plot(s, tension, color=colour, label=literal(label) or "nodal forces", zorder=3)
-            if len(curves) == 1:
-                core, bulk = _column(table, "core_N") / applied, _column(table, "bulk_N") / applied
+        for (colour, line), (label, table) in zip(styles(curves), curves.items(), strict=True):
+            s, tension = column(table, "s_over_L"), column(table, "tension_N") / applied
+            axes.plot(s, tension, color=colour, ls=line, label=literal(label) or "nodal forces", zorder=3)
+            for lower in below:
+                core, bulk = column(table, "core_N") / applied, column(table, "bulk_N") / applied
                 every = max(1, len(s) // 60)
                 style: dict[str, Any] = {"ls": "none", "marker": "o", "ms": 3.2, "mfc": "none", "mew": 0.8, "zorder": 4}
                 axes.plot(s[::every], (core + bulk)[::every], color="k", label="stresses", **style)
-                axes.plot(s, core, color=COLOURS[1], lw=0.9, label="core")
-                axes.plot(s, bulk, color=COLOURS[2], lw=0.9, label="bulk")
-        axes.set(xlabel=r"arclength $s / L$", ylabel=r"tension $T / T_0$", xlim=(0, 1))
-        _legend(axes)
+                lower.plot(s, core, color=COLOURS[1], lw=0.9, label="core")
+                lower.plot(s, bulk, color=COLOURS[2], lw=0.9, label="bulk")
+                lower.set_ylabel(r"parts, over $T_0$")
+                legend(lower)
+        axes.set(ylabel=r"tension $T / T_0$", xlim=(0, 1))
+        (axes, *below)[-1].set_xlabel(r"arclength $s / L$")
+        legend(axes)
 
 
 def plot_stretch(
@@ -192,94 +175,3 @@ def plot_stretch(
         assert figure is not None
         figure.colorbar(drawn, ax=axes, label=r"mapping time $t^m$", pad=0.02)
         axes.set(xlabel=r"arclength $\tilde{s} = s / L$", ylabel=r"stretch $\lambda$", xlim=(0, 1))
-
-
-def _draw_profiles(axes: Axes, profiles: Mapping[str, Mapping[str, Table]], *, named: bool) -> None:
-    """Profiles of all rods of all runs; a legend of the runs where `named`, of the rods where there are several."""
-    rods = dict.fromkeys(rod for tables in profiles.values() for rod in tables)
-    lines = {rod: LINES[number % len(LINES)] for number, rod in enumerate(rods)}
-    for colour, (label, tables) in zip(_colours(profiles), profiles.items(), strict=True):
-        for rod, table in tables.items():
-            axes.plot(_column(table, "s_over_L"), _column(table, "tension"), color=colour, ls=lines[rod])
-        if named:
-            axes.plot([], [], color=colour, label=literal(label))
-    for rod, line in lines.items() if len(lines) > 1 else ():
-        axes.plot([], [], color="0.3", ls=line, label=literal(rod))
-    axes.set(xlabel=r"arclength $s / L$", xlim=(0, 1))
-    _legend(axes)
-
-
-def _draw_force(
-    axes: Axes, curves: Mapping[str, Table], radius: float, bands: Mapping[str, float] | None = None
-) -> None:
-    for colour, (label, table) in zip(_colours(curves), curves.items(), strict=True):
-        displacement, force = _column(table, "displacement_mm"), _column(table, "force_N")
-        axes.plot(displacement / radius, force, color=colour, label=literal(label) or None)
-        width = (bands or {}).get(label)
-        if width is not None:
-            axes.fill_between(
-                displacement / radius, force - width, force + width, color=colour, alpha=0.25, lw=0,
-                label=f"within {width:.2g} N",
-            )  # fmt: skip
-    axes.set(xlabel=r"displacement $\delta / r$", ylabel=r"force $F$ (N)")
-    axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
-    above = axes.secondary_xaxis("top", functions=(lambda x: np.multiply(x, radius), lambda x: np.divide(x, radius)))
-    above.set_xlabel(r"$\delta$ (mm)")
-    _legend(axes)
-
-
-@contextmanager
-def paper_axes(out: str | Path, title: str | None, *, width: float = 3.6) -> Iterator[Axes]:
-    """Axes of a one-column figure, which is then written as a whole."""
-    with _paper_panels(out, title, 1, width=width) as panels:
-        yield panels[0]
-
-
-@contextmanager
-def _paper_panels(out: str | Path, title: str | None, count: int, *, width: float) -> Iterator[list[Axes]]:
-    """Axes side by side, each of a width, of a figure that is then written as a whole."""
-    out = Path(out)
-    if out.suffix.lower() not in SUFFIXES:
-        raise InputError(
-            "no such picture format", file=out, found=out.suffix or "no suffix", expected=", ".join(SUFFIXES)
-        )
-    try:
-        from matplotlib import rc_context
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError as error:
-        raise MissingDependency(f"plots need matplotlib ({error}): pip install matplotlib") from error
-
-    with rc_context(_STYLE):
-        figure = Figure(figsize=(count * width, 2.8), layout="constrained")
-        FigureCanvasAgg(figure)
-        panels = [figure.add_subplot(1, count, number + 1) for number in range(count)]
-        for axes in panels:
-            axes.grid(True, lw=0.4, color="0.9")
-            axes.set_axisbelow(True)
-        yield panels
-        if title:
-            panels[0].set_title(title, fontsize=10)
-        picture = BytesIO()
-        use_fonts_for(figure)
-        with without_glyph_warnings():
-            figure.savefig(picture, format=out.suffix[1:].lower())
-        write_atomically(out, picture.getvalue())
-
-
-def _column(table: Table, name: str) -> Array:
-    try:
-        values = table[name] if isinstance(table, Mapping) else [row[name] for row in table]
-    except KeyError:
-        has = table if isinstance(table, Mapping) else table[0]
-        raise InputError("no such column in the table", key=name, found=", ".join(has)) from None
-    return np.asarray(values, dtype=np.float64)
-
-
-def _colours(curves: Mapping[str, Any]) -> list[str]:
-    return [COLOURS[i % len(COLOURS)] for i in range(len(curves))]
-
-
-def _legend(axes: Axes) -> None:
-    if axes.get_legend_handles_labels()[0]:
-        axes.legend()

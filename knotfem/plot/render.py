@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from knotfem.errors import InputError
 from knotfem.files import write_atomically
 from knotfem.plot.opengl import prepare
+from knotfem.plot.scale_bar import STRIP, add_scale_bar
 from knotfem.plot.surface import Surface, boundary, on_nodes, smooth_tube
 from knotfem.types import Array, Index
 
@@ -171,6 +172,7 @@ def render_mesh(
         if title:
             _text(plotter, title, left=True)
         view.look(plotter)
+        add_scale_bar(plotter, 2.0 * view.scale / view.size[1])
         plotter.enable_anti_aliasing("ssaa")
         _save(plotter, out)
     finally:
@@ -283,7 +285,7 @@ def _formats_braces() -> bool:
 
 
 class _Frame:
-    """A parallel projection that fits the target, with room on the right for a colour bar."""
+    """A parallel projection that fits the target, with room on the right for a colour bar and below for a scale."""
 
     def __init__(self, camera: Camera, cloud: Array, size: tuple[int, int] | None, *, bar: bool) -> None:
         forward = np.asarray(camera.direction, dtype=np.float64)
@@ -298,10 +300,12 @@ class _Frame:
         ratio = float(np.clip(width / max(height, 1e-9), 0.55, 1.8)) + room
         self.size = (int(_HEIGHT * ratio), _HEIGHT) if size is None else size
         ratio = self.size[0] / self.size[1]
-        self.scale = max(height / 2, width / 2 / (ratio - room), 1e-6) * (1 + 2 * camera.margin)
+        self.scale = max(height / 2 / (1 - STRIP), width / 2 / (ratio - room), 1e-6) * (1 + 2 * camera.margin)
         middle = (across.min() + across.max()) / 2 + room * self.scale
         depth = float((cloud @ self.forward).mean())
-        self.focus = middle * self.right + (high.min() + high.max()) / 2 * self.up + depth * self.forward
+        self.focus = (
+            middle * self.right + ((high.min() + high.max()) / 2 - STRIP * self.scale) * self.up + depth * self.forward
+        )
         self.reach = float(np.linalg.norm(np.ptp(cloud, axis=0))) + 1.0
 
     def look(self, plotter: Any) -> None:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knotfem.plot.plots import COLOURS, paper_axes
+from knotfem.plot.curves import COLOURS
+from knotfem.plot.paper import paper_axes
 from knotfem.theory import central_rods_friction, critical_friction, wrapping_rod_friction
 from knotfem.types import Arrays
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,13 +12,18 @@ from knotfem.scene.model import Scene
 from knotfem.types import Arrays
 
 
-def displacement_of(at: float | str | None) -> float | None:
-    """Displacement [mm] given as a number or as a text such as "60 mm"; None for none."""
+def displacement_of(at: float | str | None, key: str = "at") -> float | None:
+    """Displacement, or another length, [mm] given as a number or as a text such as "60 mm"; None for none.
+
+    Args:
+        at: the length.
+        key: its name for messages.
+    """
     if not isinstance(at, str):
         return at
     from knotfem.scene.quantity import LENGTH, parse_quantity
 
-    return parse_quantity(at, LENGTH, "at")
+    return parse_quantity(at, LENGTH, key)
 
 
 def frame_of(columns: Arrays) -> object:
@@ -61,3 +67,11 @@ class RunData(ABC):
     @abstractmethod
     def summary(self) -> dict[str, Any]:
         """Figures of the whole run, as in summary.json."""
+
+
+def labels_of(runs: Sequence[RunData]) -> list[str]:
+    """Names of runs; where two are the same, their folders, or names with a number."""
+    names = [run.name for run in runs]
+    numbered = [f"{name} ({number})" for number, name in enumerate(names, 1)]
+    long = [other if run.path is None else str(run.path) for run, other in zip(runs, numbered, strict=True)]
+    return [name if names.count(name) == 1 else other for name, other in zip(names, long, strict=True)]

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from knotfem.errors import InputError
+from knotfem.results.base import labels_of
 from knotfem.results.data import open_run
 from knotfem.results.force import ForceCurve, force_curve, onset_of_locking
 from knotfem.results.profiles import CommonState, Profiles, common_state, knot_length, profiles_apart, relative_l2
@@ -103,9 +104,10 @@ def compare(
             displacement in common, or no such state.
     """
     if len(runs) < 2:
-        raise InputError("nothing to compare", found=f"{len(runs)} run", expected="two or more")
+        expected = "two or more; knotfem plot draws a single one"
+        raise InputError("nothing to compare", found=f"{len(runs)} run{'s' * (not runs)}", expected=expected)
     opened = [run if isinstance(run, Run) else open_run(run) for run in runs]
-    curves = [force_curve(run, label) for run, label in zip(opened, _labels(opened), strict=True)]
+    curves = [force_curve(run, label) for run, label in zip(opened, labels_of(opened), strict=True)]
     figures, onset = _records(opened, curves), None
     pulled = all(curve.displacement.size for curve in curves)
     if pulled:
@@ -180,13 +182,6 @@ def _tensions(curves: Sequence[ForceCurve], state: CommonState) -> list[Figure]:
         Figure("knot length", "mm", sizes),
         Figure("knot length, difference", RELATIVE, _relative(sizes)),
     ]
-
-
-def _labels(runs: Sequence[Run]) -> list[str]:
-    names = [run.name for run in runs]
-    numbered = [f"{name} ({number})" for number, name in enumerate(names, 1)]
-    long = [other if run.path is None else str(run.path) for run, other in zip(runs, numbered, strict=True)]
-    return [name if names.count(name) == 1 else other for name, other in zip(names, long, strict=True)]
 
 
 def _records(runs: Sequence[Run], curves: Sequence[ForceCurve]) -> list[Figure]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from knotfem.plot import plots
 from knotfem.results.data import open_run
-from knotfem.results.force import band_of
+from knotfem.results.force import force_at, force_curve
 from knotfem.results.profile import StoredStates
 from knotfem.run.directory import RunDirectory
 from knotfem.run.recorder import Recorder
@@ -30,24 +30,30 @@ class RunFigures:
             )
 
     def finished(self, run: RunDirectory, name: str | None = None) -> None:
-        """force.png and tension.png: force against displacement, and the last tension profile over the last force.
+        """force.png and tension.png: force against displacement, and the last tension profile over its force.
 
-        The force has a band of its error where that was measured.
+        The force has a band of its error where that was measured. What is not stored is not drawn.
 
         Args:
             run: its directory.
             name: of the run in legends; that of its folder by default.
         """
         done = open_run(run.path)
-        force, stored = done.table("force"), StoredStates.of(run.path, done.table("tension"))
-        if force["force_N"].size:
-            label, band = name or run.path.name, band_of(done)
-            bands = {} if band is None else {label: band}
-            out = run.path / "force.png"
-            plots.plot_force({label: force}, out, radius=0.5 * run.scene.diameter, bands=bands)
+        if done.table("force").get("force_N", np.zeros(0)).size:
+            curve = force_curve(done, name or run.path.name)
+            displacement, force = curve.drawn
+            bands = {} if curve.band is None else {curve.label: curve.band}
+            plots.plot_force(
+                {curve.label: {"displacement_mm": displacement, "force_N": force}},
+                run.path / "force.png",
+                radius=0.5 * run.scene.diameter,
+                bands=bands,
+                unbalanced=curve.unbalanced,
+            )
+        stored = StoredStates.of(run.path, done.table("tension"))
         if not stored.moments:
             return
         last = stored.profile()
         curves = {"" if len(last.rods) == 1 else rod: last.of(rod).table for rod in sorted(last.rods)}
-        applied = float(force["force_N"][-1]) if force["force_N"].size else 0.0
-        plots.plot_tension(curves, run.path / "tension.png", applied=applied or float(np.abs(last.tension).max()))
+        applied = force_at(done, last.time) or float(np.abs(last.tension).max()) or 1.0
+        plots.plot_tension(curves, run.path / "tension.png", applied=applied)

@@ -66,6 +66,14 @@ class ForceCurve:
             raise InputError("outside the curve", file=self.run.path, key="at", found=found, expected=expected)
         return np.asarray(np.interp(wanted, self.displacement, self.force))
 
+    @property
+    def drawn(self) -> tuple[np.ndarray, np.ndarray]:
+        """Displacement [mm] and force [N] of the pulls; without one, of the reported end in all loading steps."""
+        if self.displacement.size:
+            return self.displacement, self.force
+        table = self.run.table("force")
+        return table["displacement_mm"], table["force_N"]
+
     def __repr__(self) -> str:
         reach = f"{self.displacement[0]:g} to {self.displacement[-1]:g} mm" if self.displacement.size else "no pull"
         return f"<force curve of {self.label!r}, {self.displacement.size} states, {reach}>"
@@ -136,6 +144,18 @@ def force_curve(run: RunData, label: str | None = None) -> ForceCurve:
 def band_of(run: RunData) -> float | None:
     """Root mean square error of a run's force curve [N] where it was measured with finer settings, else None."""
     return (run.summary.get("accuracy") or {}).get("band_N")
+
+
+def force_at(run: RunData, time: float) -> float:
+    """Force at the reported end at a time [N]; 0 where no loading step is stored or before the first.
+
+    Args:
+        run: any.
+        time: [s].
+    """
+    table = run.table("force")
+    times = table.get("time_s", np.zeros(0))
+    return float(np.interp(time, times, table["force_N"], left=0.0)) if times.size else 0.0
 
 
 def unrest_notes(run: RunData) -> list[str]:

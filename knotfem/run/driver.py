@@ -35,7 +35,7 @@ class Figures(Protocol):
         ...
 
     def finished(self, run: RunDirectory) -> None:
-        """The run has reached its goal."""
+        """The run has ended, at its goal or before."""
         ...
 
 
@@ -150,6 +150,9 @@ def _record(error: BaseException, run: RunDirectory, goal: str, driver: Driver |
         run.write_status(state, goal=goal, reason=reason, exit_code=code, **where)
     with suppress(Exception):
         provenance.finish(f"{state}: {reason}")
+    if driver is not None and not isinstance(error, KeyboardInterrupt):
+        with suppress(Exception):
+            driver.draw()
 
 
 class Driver:
@@ -197,6 +200,10 @@ class Driver:
             if self.simulation.mapped:
                 self._save()
             raise
+        self.draw()
+
+    def draw(self) -> None:
+        """Draw the figures of what there is."""
         if self.figures is not None:
             with self.recorder.summary.output():
                 self.figures.finished(self.run)

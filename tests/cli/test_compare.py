@@ -14,6 +14,7 @@ from knotfem.results.run import Run
 from knotfem.run.directory import RunDirectory
 from knotfem.scene import load_scene
 from knotfem_cli.main import knotfem_command
+from stored_runs import pulled
 
 
 def call(*arguments: object) -> Result:
@@ -112,3 +113,28 @@ def test_check_looks_at_the_source(folder: Path) -> None:
     result = call("check", "overhand", "--model", "rod", "--from", "light", "--quiet")
     assert result.exit_code == 3
     assert "light: model: the source is a rod run" in result.stderr
+
+
+def test_plot_draws_one_run_or_several(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    pulled(Path("solid"))
+    pulled(Path("light"), 1.1)
+    assert call("plot", "solid").stdout == "plot.png\n"
+    asked = ("--quantity", "tension", "--at", "31 mm", "--label", "fine", "--label", "coarse", "-o", "a.svg")
+    result = call("plot", "solid", "light", *asked)
+    assert result.stdout == "a.svg\n"
+    assert "fine, the nearest stored state: 30 mm" in result.stderr
+    assert all(f">{label}<" in Path("a.svg").read_text() for label in ("fine", "coarse"))
+    states = json.loads(call("plot", "solid", *asked[:4], "--log-format", "json").stdout)["states"]
+    assert states["solid"]["displacement_mm"] == 30.0
+    assert call("plot", "solid", "--xlim", ":9", "--ylim", "0:", "--width", "85 mm", "--quiet").exit_code == 0
+    for wrong, said in (
+        (("--xlim", "9"), '--xlim: no limits; found "9"'),
+        (("--width", "85"), "--width: a bare number, its unit is missing"),
+        (("--force-unit", "kN"), "Invalid value for '--force-unit'"),
+        (("--label", "a", "--label", "b"), "--label: labels do not fit"),
+    ):
+        result = call("plot", "solid", *wrong)
+        assert result.exit_code in (2, 3)
+        assert said in result.stderr
+    assert "knotfem plot draws a single one" in call("compare", "solid").stderr

@@ -8,6 +8,7 @@ from knotfem.mesh.rod import RodMesh, extrude
 from knotfem.mesh.section_file import read_section
 from knotfem.plot import opengl
 from knotfem.plot.render import Camera, Cylinder, Look, render_mesh, show_mesh, zoomed
+from knotfem.plot.scale_bar import add_scale_bar, round_length
 
 
 @pytest.fixture(scope="module")
@@ -125,3 +126,21 @@ def test_a_window_that_crashes_is_not_chosen(monkeypatch):
     monkeypatch.setattr(opengl, "_DRAW", "import os; print('drawn by', os.environ['VTK_DEFAULT_OPENGL_WINDOW'])")
     monkeypatch.delenv("VTK_DEFAULT_OPENGL_WINDOW", raising=False)
     assert opengl.find_window.__wrapped__() == "vtkEGLRenderWindow"
+
+
+def test_scale_bar_is_as_long_as_it_says(rod, tmp_path, monkeypatch):
+    from knotfem.plot import render
+
+    assert [round_length(most) for most in (0.0199, 0.02, 4.99, 5.0, 1.0, 730.0)] == [0.01, 0.02, 2.0, 5.0, 1.0, 500.0]
+    lengths = []
+    monkeypatch.setattr(render, "add_scale_bar", lambda *given: lengths.append((add_scale_bar(*given), given[1])))
+    camera = Camera(direction=(0, 1, 0), up=(1, 0, 0))
+    pixels = draw(rod, tmp_path / "a.png", Look(rings=[rod.ring_nodes]), size=(1400, 600), camera=camera)
+    if pixels is None:
+        return
+    ((length, mm_per_pixel),) = lengths
+    corner = pixels[560:, : int(length / mm_per_pixel) + 20].max(axis=2)
+    row = corner[(corner < 200).sum(axis=1).argmax()]
+    assert (row < 200).sum() == pytest.approx(length / mm_per_pixel, abs=4)
+    rod_columns = np.flatnonzero((pixels[:540].min(axis=2) < 200).any(axis=0))
+    assert np.ptp(rod_columns) * mm_per_pixel == pytest.approx(40.0, abs=0.5)

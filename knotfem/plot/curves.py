@@ -1,0 +1,125 @@
+"""Force curves and tension profiles on given axes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from knotfem.errors import InputError
+from knotfem.plot.fonts import literal
+from knotfem.types import Array
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Table = Mapping[str, ArrayLike] | Sequence[Mapping[str, Any]]
+DisplacementAxis = Literal["both", "radii", "mm"]
+
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+LINES = ("-", "--", ":", "-.")
+FORCE_LABELS = {"N": r"force $F$ (N)", "B/r^2": r"force $F r^2 / B$"}
+"""Of the vertical axis, by the unit of the force."""
+
+
+def draw_force(
+    axes: Axes,
+    curves: Mapping[str, Table],
+    radii: Mapping[str, float],
+    *,
+    axis: DisplacementAxis = "both",
+    bands: Mapping[str, float] | None = None,
+    unbalanced: Sequence[tuple[float, float]] = (),
+    named: bool = True,
+) -> None:
+    """Force against displacement of the pulled end.
+
+    Args:
+        axes: to draw on.
+        curves: tables with the columns `displacement_mm` and `force_N`, by label.
+        radii: of the rods [mm], by label.
+        axis: displacement in radii, in mm, or in radii below and in mm above, where all radii are the same.
+        bands: half the width [N] of a band around a curve, by its label.
+        unbalanced: displacements [mm] between which the one curve is not of equilibria, shaded.
+        named: whether there is a legend.
+    """
+    start, lowest = 0.0, 0.0
+    for (label, table), (colour, line) in zip(curves.items(), styles(curves), strict=True):
+        unit = 1.0 if axis == "mm" else radii[label]
+        displacement, force = column(table, "displacement_mm") / unit, column(table, "force_N")
+        axes.plot(displacement, force, color=colour, ls=line, label=(literal(label) or None) if named else None)
+        start, lowest = min([start, *displacement[:1]]), min([lowest, *force])
+        for first, last in unbalanced if len(curves) == 1 else ():
+            axes.axvspan(first / unit, last / unit, color="0.9", zorder=0, lw=0)
+        width = (bands or {}).get(label)
+        if width is not None:
+            axes.fill_between(
+                displacement, force - width, force + width, color=colour, alpha=0.25, lw=0,
+                label=f"within {width:.2g} N",
+            )  # fmt: skip
+    in_mm = axis == "mm"
+    axes.set(xlabel=r"displacement $\delta$ (mm)" if in_mm else r"displacement $\delta / r$", ylabel=FORCE_LABELS["N"])
+    axes.set_xlim(left=start)
+    if lowest >= 0.0:
+        axes.set_ylim(bottom=0.0)
+    if axis == "both" and curves:
+        radius = next(iter(radii.values()))
+        functions = (lambda x: np.multiply(x, radius), lambda x: np.divide(x, radius))
+        axes.secondary_xaxis("top", functions=functions).set_xlabel(r"$\delta$ (mm)")
+    legend(axes)
+
+
+def draw_profiles(
+    axes: Axes, profiles: Mapping[str, Mapping[str, Table]], *, named: bool, along: str = "s_over_L"
+) -> None:
+    """Tension profiles of all rods of all runs: a run has one colour, a rod one style of line.
+
+    Args:
+        axes: to draw on.
+        profiles: tables with the columns `tension` and `along`, by label and rod.
+        named: whether the legend names the runs; it names the rods where there are several.
+        along: column of the horizontal axis, `s_over_L` or `arclength_mm`.
+    """
+    rods = dict.fromkeys(rod for tables in profiles.values() for rod in tables)
+    lines = {rod: LINES[number % len(LINES)] for number, rod in enumerate(rods)}
+    for (label, tables), (colour, _) in zip(profiles.items(), styles(profiles), strict=True):
+        for rod, table in tables.items():
+            axes.plot(column(table, along), column(table, "tension"), color=colour, ls=lines[rod])
+        if named:
+            axes.plot([], [], color=colour, label=literal(label))
+    for rod, line in lines.items() if len(lines) > 1 else ():
+        axes.plot([], [], color="0.3", ls=line, label=literal(rod))
+    if along == "s_over_L":
+        axes.set(xlabel=r"arclength $s / L$", xlim=(0, 1))
+    else:
+        axes.set_xlabel(r"arclength $s$ (mm)")
+        axes.set_xlim(left=0.0)
+    legend(axes)
+
+
+def column(table: Table, name: str) -> Array:
+    """Values of a column.
+
+    Raises:
+        InputError: there is none of this name.
+    """
+    try:
+        values = table[name] if isinstance(table, Mapping) else [row[name] for row in table]
+    except KeyError:
+        has = table if isinstance(table, Mapping) else table[0]
+        raise InputError("no such column in the table", key=name, found=", ".join(has)) from None
+    return np.asarray(values, dtype=np.float64)
+
+
+def styles(curves: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Colour and line of each curve; where colours are used up, they come again with another line."""
+    colours = len(COLOURS)
+    return [(COLOURS[i % colours], LINES[i // colours % len(LINES)]) for i in range(len(curves))]
+
+
+def legend(axes: Axes) -> None:
+    """A legend where something has a name."""
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend()

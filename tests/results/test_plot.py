@@ -1,0 +1,155 @@
+"""Figures of runs, however they ended."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from stored_runs import pulled
+
+import knotfem as kf
+from knotfem.run.directory import RunDirectory
+from knotfem.run.monitor import KnotMonitor
+from knotfem.run.stop import StopRequest
+
+KNOT = {
+    "model": "rod",
+    "rods.rod.length": "400 mm",
+    "rods.rod.mesh.element_length": "6 mm",
+    "contact.sample_spacing_over_diameter": 0.25,
+    "tie.path": "direct",
+    "solver.threads": 1,
+    "steps.pull.displacement": "3 mm",
+    "output.every_displacement": "1.5 mm",
+}
+"""Of the scene "overhand": a coarse knot that is pulled a little."""
+
+
+def lines(axes) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Curves of a panel, without empty ones that stand in the legend only."""
+    return [line.get_data() for line in axes.get_lines() if len(line.get_xdata())]
+
+
+def test_one_run_is_drawn_without_a_legend(tmp_path):
+    run = pulled(tmp_path / "a")
+    (axes,) = kf.plot(run).figure.axes
+    ((x, y),) = lines(axes)
+    np.testing.assert_allclose(x, run.force.displacement / 3.0)
+    np.testing.assert_array_equal(y, run.force.force)
+    assert axes.get_legend() is None
+    assert (axes.get_xlim()[0], axes.get_ylim()[0]) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize(("axis", "over"), [("mm", 1.0), ("radii", 3.0), ("both", 3.0)])
+def test_displacement_in_mm_or_radii_and_force_over_stiffness(tmp_path, axis, over):
+    run = pulled(tmp_path / "a")
+    panel, *_ = kf.plot(run, axis=axis, force_unit="B/r^2", xlim=(None, 9.0), ylim=(0.5, None)).figure.axes
+    ((x, y),) = lines(panel)
+    np.testing.assert_allclose(x, run.force.displacement / over)
+    np.testing.assert_allclose(y, run.force.force / run.scene.force_scale)
+    assert (panel.get_xlim()[1], panel.get_ylim()[0]) == (9.0, 0.5)
+    assert bool(panel.child_axes) == (axis == "both")
+
+
+def test_runs_of_different_radii_share_the_axis_in_radii(tmp_path):
+    thin = pulled(tmp_path / "a")
+    thick = pulled(tmp_path / "b")
+    scene = kf.load_scene(thick.scene, {"rods.rod.diameter": "12 mm"})
+    thick._directory.scene = scene
+    panel, *_ = kf.plot(thin, thick).figure.axes
+    (x, _), (other, _) = lines(panel)
+    assert x[-1] == pytest.approx(2.0 * other[-1])
+    assert not panel.child_axes
+    with pytest.raises(kf.InputError, match="axis: rods of different radii"):
+        kf.plot(thin, thick, axis="both")
+
+
+def test_tension_is_that_of_the_state_that_is_asked_for(tmp_path):
+    runs = pulled(tmp_path / "a"), pulled(tmp_path / "b", 2.0)
+    drawn = kf.plot(*runs, quantity="tension", at=31.0, axis="mm", labels=["solid", "light"])
+    assert [profile.displacement for profile in drawn.profiles] == [30.0, 30.0]
+    first, second = lines(drawn.figure.axes[0])
+    assert first[0][-1] == 500.0
+    assert (first[1][0], first[1][-1]) == pytest.approx((1.0, 0.2))
+    assert second[1][-1] == pytest.approx(0.4)
+    assert [text.get_text() for text in drawn.figure.axes[0].get_legend().get_texts()] == ["solid", "light"]
+
+
+def test_file_has_the_size_that_is_asked_for(tmp_path):
+    run = pulled(tmp_path / "a")
+    kf.plot(run, out=tmp_path / "a.svg", width="85 mm", height=60.0, quantity="both", title="two")
+    found = re.search(r'width="([\d.]+)pt" height="([\d.]+)pt"', (tmp_path / "a.svg").read_text())
+    assert found is not None
+    assert [float(size) * 25.4 / 72.0 for size in found.groups()] == pytest.approx([85.0, 60.0], abs=0.01)
+    kf.plot(run, out=tmp_path / "a.png", width=85.0)
+    assert Image.open(tmp_path / "a.png").size[0] == pytest.approx(85.0 / 25.4 * 300.0, abs=1.0)
+    kf.plot(run, out=tmp_path / "a.pdf")
+    assert (tmp_path / "a.pdf").read_bytes().startswith(b"%PDF")
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ({"labels": ["a", "b"]}, "label: labels do not fit the runs; found 2 for 1 runs"),
+        ({"width": "2 m"}, "width: no size of a figure; found 2000 mm"),
+        ({"width": float("nan")}, "width: no size of a figure"),
+        ({"font": 0.0}, "font: no size of a figure"),
+        ({"xlim": (5.0, 1.0)}, "xlim: limits that do not rise; found 5:1"),
+        ({"quantity": "both", "ylim": (None, 1.0)}, "xlim, ylim: limits of two panels"),
+        ({"quantity": "strain"}, "quantity: unknown choice"),
+        ({"out": "a.gif"}, r"no such picture format; found \.gif"),
+        ({"quantity": "tension", "at": "90 mm"}, "at: no state is stored near"),
+    ],
+)
+def test_refusals_leave_no_file(tmp_path, monkeypatch, asked, said):
+    run = pulled(tmp_path / "a")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(kf.InputError, match=said):
+        kf.plot(run, **{"out": "b.svg", **asked})
+    assert [path.name for path in tmp_path.iterdir()] == ["a"]
+
+
+def assert_drawn(folder: Path) -> None:
+    for name in ("force.png", "tension.png"):
+        Image.open(folder / name).verify()
+    assert not list(folder.glob(".*.part"))
+    run = kf.open_run(folder)
+    ((x, _),) = lines(kf.plot(run).figure.axes[0])
+    assert 0.0 <= x[-1] < 1.0
+    np.testing.assert_allclose(x, run.force.displacement / 3.0)
+
+
+def under_way(folder: Path) -> bool:
+    """Whether a few loading steps have been taken."""
+    table = folder / "force.csv"
+    return table.exists() and table.read_text().count("\n") > 5
+
+
+def test_knot_that_is_lost_leaves_its_figures(tmp_path, monkeypatch):
+    folder = tmp_path / "run"
+    monkeypatch.setattr(KnotMonitor, "lost", lambda *arguments: "come undone" if under_way(folder) else "")
+    with pytest.raises(kf.KnotLost, match="come undone"):
+        kf.pull("overhand", KNOT, out=folder)
+    assert RunDirectory.open(folder).read_status()["exit_code"] == 5
+    assert_drawn(folder)
+
+
+def test_run_that_is_stopped_leaves_its_figures(tmp_path, monkeypatch):
+    monkeypatch.setattr(StopRequest, "due", property(lambda request: under_way(tmp_path / "run")))
+    with pytest.raises(kf.Stopped):
+        kf.pull("overhand", KNOT, out=tmp_path / "run")
+    assert_drawn(tmp_path / "run")
+
+
+def test_figures_that_cannot_be_drawn_do_not_hide_what_ended_the_run(tmp_path, monkeypatch):
+    from knotfem.plot import plots
+
+    def broken(*arguments: object, **options: object) -> None:
+        raise OSError("no space")
+
+    monkeypatch.setattr(plots, "plot_force", broken)
+    monkeypatch.setattr(KnotMonitor, "lost", lambda *arguments: "the knot has come undone")
+    with pytest.raises(kf.KnotLost, match="come undone"):
+        kf.pull("overhand", KNOT, out=tmp_path / "run")
+    assert not (tmp_path / "run" / "force.png").exists()
