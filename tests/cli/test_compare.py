@@ -8,13 +8,13 @@ from typing import Any
 
 import pytest
 from click.testing import CliRunner, Result
+from stored_runs import pulled
 
 import knotfem.api
 from knotfem.results.run import Run
 from knotfem.run.directory import RunDirectory
 from knotfem.scene import load_scene
 from knotfem_cli.main import knotfem_command
-from stored_runs import pulled
 
 
 def call(*arguments: object) -> Result:
