@@ -56,7 +56,7 @@ def test_runs_of_different_radii_share_the_axis_in_radii(tmp_path):
     thin = pulled(tmp_path / "a")
     thick = pulled(tmp_path / "b")
     scene = kf.load_scene(thick.scene, {"rods.rod.diameter": "12 mm"})
-    thick._directory.scene = scene
+    vars(thick)["_directory"].scene = scene
     panel, *_ = kf.plot(thin, thick).figure.axes
     (x, _), (other, _) = lines(panel)
     assert x[-1] == pytest.approx(2.0 * other[-1])
@@ -73,7 +73,9 @@ def test_tension_is_that_of_the_state_that_is_asked_for(tmp_path):
     assert first[0][-1] == 500.0
     assert (first[1][0], first[1][-1]) == pytest.approx((1.0, 0.2))
     assert second[1][-1] == pytest.approx(0.4)
-    assert [text.get_text() for text in drawn.figure.axes[0].get_legend().get_texts()] == ["solid", "light"]
+    legend = drawn.figure.axes[0].get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == ["solid", "light"]
 
 
 def test_file_has_the_size_that_is_asked_for(tmp_path):
