@@ -69,6 +69,30 @@ def check_regular(path: Path) -> None:
         raise InputError("too large a file", file=path, found=size, expected=f"at most {most}")
 
 
+def read_text(path: Path, otherwise: str = "") -> str:
+    """Text of an input file in UTF-8, with or without a byte order mark.
+
+    Args:
+        path: of the file.
+        otherwise: encoding of files that are not UTF-8; "" refuses them.
+
+    Raises:
+        InputError: it cannot be read, or is no text.
+    """
+    check_regular(path)
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise cannot_read(path, error) from None
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = data.decode(otherwise, errors="replace") if otherwise else "\0"
+    if "\0" in text:
+        raise InputError("not a text file", file=path, expected="UTF-8 text")
+    return text
+
+
 def write_json(path: Path, data: Mapping[str, Any]) -> None:
     """Write indented JSON as a whole; NaN and infinity become null.
 

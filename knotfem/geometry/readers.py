@@ -1,183 +1,123 @@
-"""Readers of centreline files: points in CSV, NURBS curves in JSON or TOML."""
+"""Readers of centrelines: points in tables and files of lines, NURBS curves."""
 
 from __future__ import annotations
 
-import json
-import tomllib
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from knotfem.errors import InputError, cannot_read
-from knotfem.files import check_regular
+from knotfem.errors import InputError
+from knotfem.files import read_text
 from knotfem.geometry.curve import Curve, interpolate
-from knotfem.geometry.nurbs import Nurbs, blender_knots
+from knotfem.geometry.line_files import read_obj, read_vect
+from knotfem.geometry.nurbs_file import read_nurbs
 from knotfem.geometry.points import FEWEST_POINTS, as_points
-from knotfem.types import Array
+from knotfem.geometry.polyline import Polyline
+from knotfem.geometry.repair import check_gaps, check_order, is_closed, opened, without_twins
+from knotfem.geometry.text_table import read_table
 
-NURBS_KEYS = {"name", "points", "degree", "knots", "order_u", "use_endpoint_u", "use_bezier_u", "use_cyclic_u"}
+NURBS_SUFFIXES = (".json", ".toml")
+READERS: dict[str, Callable[[Path, str], list[Polyline]]] = {
+    **dict.fromkeys((".csv", ".tsv", ".txt", ".xyz", ".dat"), read_table),
+    ".obj": read_obj,
+    ".vect": read_vect,
+}
+"""Readers of points, by the suffix in small letters."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What is taken of a file of points.
+
+    Attributes:
+        curve: number of the curve, from 1; None for the only one.
+        cut_at: number of the point at which a closed curve is cut open, from 1; None for a curve with two ends.
+        apart: distance between the ends of a curve that is cut, over its length.
+        smoothed: whether the points will be smoothed: scattered ones then may turn back.
+    """
+
+    curve: int | None = None
+    cut_at: int | None = None
+    apart: float = 0.05
+    smoothed: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class CurveFile:
+    """What a file of a centreline holds.
+
+    Attributes:
+        curve: in the units of the file.
+        points: that it interpolates, shape (n, 3); None for a NURBS curve.
+        radius: of the rod, in the units of the file; None if the file has none.
+        warnings: what deserves one; each begins with the file.
+    """
+
+    curve: Curve
+    points: np.ndarray | None = None
+    radius: float | None = None
+    warnings: tuple[str, ...] = ()
 
 
 def read_centreline(path: str | Path) -> Curve:
-    """Read a centreline: a CSV file of points, which are interpolated, or a JSON or TOML file of a NURBS curve.
+    """Read a centreline: a file of points, which are interpolated, or of a NURBS curve; see `read_curve`."""
+    return read_curve(path).curve
+
+
+def read_curve(path: str | Path, choice: Choice | None = None) -> CurveFile:
+    """Read a centreline and look for what may be wrong with it.
+
+    Points that stand twice are dropped. Chords much longer than the others, points that turn back, closed curves and
+    several curves in one file are refused, or warned of; see `knotfem.geometry.repair`.
 
     Args:
-        path: file ending in .csv, .json or .toml.
+        path: file of points (.csv, .tsv, .txt, .xyz, .dat, .obj, .vect), which are interpolated, or of a NURBS curve
+            (.json, .toml); the first point is the loading end of the rod.
+        choice: what is taken of it.
 
     Raises:
-        InputError: another suffix, or what `read_csv` and `read_nurbs` refuse.
+        InputError: another suffix; the file cannot be read or is broken; or the curve cannot be that of a rod.
     """
-    suffix = Path(path).suffix.lower()
-    if suffix == ".csv":
-        return interpolate(read_csv(path))
-    if suffix in (".json", ".toml"):
-        return read_nurbs(path)
-    raise InputError(
-        "unknown kind of centreline file", file=path, found=suffix or "no suffix", expected=".csv, .json or .toml"
-    )
+    path, choice = Path(path), choice or Choice()
+    suffix = path.suffix.lower()
+    if suffix in NURBS_SUFFIXES:
+        return CurveFile(read_nurbs(path))
+    if suffix not in READERS:
+        expected = f"{', '.join(READERS)}; {' or '.join(NURBS_SUFFIXES)} for NURBS curves"
+        raise InputError("unknown kind of centreline file", file=path, found=suffix or "no suffix", expected=expected)
+    found = _chosen(path, READERS[suffix](path, read_text(path, otherwise="latin-1")), choice.curve)
+    found, warnings = without_twins(found)
+    as_points(found.points, fewest=FEWEST_POINTS, file=path)
+    if choice.cut_at is not None:
+        found = opened(found, path, choice.cut_at, choice.apart)
+    elif is_closed(found):
+        gap = float(np.linalg.norm(found.points[-1] - found.points[0]))
+        problem = "the curve is closed, a rod has two ends: its last point is one chord from the first, or the same"
+        expected = "an open curve; cut_at = 1 in the table of the rod cuts it open at its first point"
+        raise InputError(problem, file=path, found=f"{gap:.4g}, chords of {found.median_chord:.4g}", expected=expected)
+    warnings += check_order(found, path, smoothed=choice.smoothed)
+    warnings += check_gaps(found, path)
+    warnings += [f'the column "{name}" is not used (the twist of a rod is rods.twist)' for name in found.unused]
+    points = as_points(found.points, fewest=FEWEST_POINTS, file=path)
+    radius = None if found.radii is None else float(np.median(found.radii))
+    return CurveFile(interpolate(points), points, radius, tuple(f"{path}: {warning}" for warning in warnings))
 
 
-def read_csv(path: str | Path) -> Array:
-    """Read the points of a CSV file: the header `x,y,z`, then one point per line; `#` begins a comment.
-
-    Further columns may follow; see `unused_columns`.
-
-    Args:
-        path: file; its first point is the loading end of the rod, its last point the free end.
-
-    Returns:
-        Points to be interpolated, shape (n, 3), in the units of the file.
-
-    Raises:
-        InputError: the file cannot be read, a line is not three finite numbers, or points are too few or repeated.
-    """
-    path = Path(path)
-    rows: list[list[float]] = []
-    header: list[str] = []
-    for number, line in enumerate(_read_text(path).splitlines(), start=1):
-        cells = _cells(line)
-        if cells == [""]:
-            continue
-        if not header:
-            if [cell.lower() for cell in cells[:3]] != ["x", "y", "z"]:
-                raise InputError(f"line {number} is not the header", file=path, found=line.strip(), expected="x,y,z")
-            header = cells
-            continue
-        try:
-            numbers = [float(cell) for cell in cells]
-            if len(numbers) != len(header):
-                raise ValueError
-        except ValueError:
-            problem, expected = f"line {number} is not a point", f"{len(header)} numbers {','.join(header)}"
-            raise InputError(problem, file=path, found=line.strip(), expected=expected) from None
-        rows.append(numbers[:3])
-    return as_points(np.array(rows, dtype=np.float64).reshape(-1, 3), fewest=FEWEST_POINTS, file=path)
-
-
-def unused_columns(path: str | Path) -> list[str]:
-    """Names of the columns of a CSV file of points that `read_csv` leaves out; none in other files.
-
-    Raises:
-        InputError: the file cannot be read.
-    """
-    path = Path(path)
-    if path.suffix.lower() != ".csv":
-        return []
-    filled = (cells for line in _read_text(path).splitlines() if (cells := _cells(line)) != [""])
-    return next(filled, [])[3:]
-
-
-def read_nurbs(path: str | Path) -> Nurbs:
-    """Read a NURBS curve from a JSON or TOML file.
-
-    Keys: `points`, a list of [x, y, z, weight] (a weight of 1 may be omitted); then either `degree` and `knots`, or
-    `order_u` with `use_endpoint_u` and `use_bezier_u` as in Blender (both false by default); `name` is ignored.
-
-    Args:
-        path: file ending in .json or .toml.
-
-    Raises:
-        InputError: the file cannot be read, a key is unknown, missing or wrong, or the curve is cyclic.
-    """
-    path = Path(path)
-    data = _read_keys(path)
-    if unknown := sorted(set(data) - NURBS_KEYS):
-        raise InputError("unknown key", file=path, key=unknown[0], expected=f"one of {', '.join(sorted(NURBS_KEYS))}")
-    if _flag(data, "use_cyclic_u", path):
-        raise InputError("the curve is closed; a rod has two ends", file=path, key="use_cyclic_u", expected="false")
-    homogeneous = _control_points(data, path)
-    degree, knots = _degree_and_knots(data, len(homogeneous), path)
-    try:
-        return Nurbs(degree, homogeneous[:, :3], homogeneous[:, 3], knots)
-    except InputError as error:
-        raise InputError(error.problem, file=path, found=error.found, expected=error.expected) from None
-
-
-def _cells(line: str) -> list[str]:
-    """Cells of a line of a CSV file, without its comment."""
-    return [cell.strip() for cell in line.split("#", 1)[0].split(",")]
-
-
-def _read_text(path: Path) -> str:
-    check_regular(path)
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise InputError("not a text file", file=path, expected="UTF-8 text") from None
-    except OSError as error:
-        raise cannot_read(path, error) from None
-
-
-def _read_keys(path: Path) -> dict[str, Any]:
-    text = _read_text(path)
-    try:
-        data: Any = tomllib.loads(text) if path.suffix.lower() == ".toml" else json.loads(text)
-    except (tomllib.TOMLDecodeError, json.JSONDecodeError) as error:
-        raise InputError(f"broken {path.suffix[1:].upper()}: {error}", file=path) from None
-    if not isinstance(data, dict):
-        raise InputError("not a NURBS curve", file=path, found=type(data).__name__, expected="keys and values")
-    return data
-
-
-def _control_points(data: dict[str, Any], path: Path) -> Array:
-    """Control points and their weights, shape (n, 4)."""
-    expected = "a list of [x, y, z] or [x, y, z, weight]"
-    try:
-        points = np.array(data["points"], dtype=np.float64)
-    except (KeyError, TypeError, ValueError):
-        raise InputError("no control points", file=path, key="points", expected=expected) from None
-    if points.ndim != 2 or points.shape[1] not in (3, 4):
-        raise InputError("control points have the wrong shape", file=path, key="points", expected=expected)
-    return np.column_stack([points, np.ones(len(points))])[:, :4]
-
-
-def _degree_and_knots(data: dict[str, Any], count: int, path: Path) -> tuple[int, Array]:
-    """Degree and knots as given, or those of a Blender spline with so many control points."""
-    if ("order_u" in data) == ("degree" in data):
-        raise InputError("the curve needs either order_u or degree", file=path, expected="one of the two")
-    if "order_u" in data:
-        order = _integer(data, "order_u", path)
-        flags = {"endpoint": _flag(data, "use_endpoint_u", path), "bezier": _flag(data, "use_bezier_u", path)}
-        return order - 1, blender_knots(count, order, **flags) if order >= 2 else np.zeros(0)
-    degree = _integer(data, "degree", path)
-    if "knots" not in data:
-        raise InputError("knots are missing", file=path, key="knots", expected="a list of numbers")
-    try:
-        return degree, np.array(data["knots"], dtype=np.float64).reshape(-1)
-    except (TypeError, ValueError):
-        raise InputError("not a list of numbers", file=path, key="knots", found=data["knots"]) from None
-
-
-def _integer(data: dict[str, Any], key: str, path: Path) -> int:
-    value = data[key]
-    if isinstance(value, bool) or not isinstance(value, int):
-        raise InputError("not a whole number", file=path, key=key, found=value)
-    return value
-
-
-def _flag(data: dict[str, Any], key: str, path: Path) -> bool:
-    value = data.get(key, False)
-    if not isinstance(value, bool):
-        raise InputError("not a flag", file=path, key=key, found=value, expected="true or false")
-    return value
+def _chosen(path: Path, curves: list[Polyline], number: int | None) -> Polyline:
+    """One of the curves of a file."""
+    curves = [curve for curve in curves if len(curve)]
+    if not curves:
+        raise InputError("too few points", file=path, found=0, expected=f"at least {FEWEST_POINTS}")
+    numbers = f"curve = {' or '.join(map(str, range(1, len(curves) + 1)))}"
+    if number is None:
+        if len(curves) > 1:
+            last, first = curves[0].lines[-1], curves[1].lines[0]
+            parted = f"blank line {last + 1} ends the first, " if first == last + 2 else ""
+            problem = f"{len(curves)} curves in one file; {parted}the second begins in line {first}"
+            raise InputError(problem, file=path, expected=f"one of them: {numbers} in the table of the rod")
+        return curves[0]
+    if number > len(curves):
+        raise InputError("no such curve", file=path, found=f"curve = {number}", expected=numbers)
+    return curves[number - 1]

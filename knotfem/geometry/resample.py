@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ from scipy.linalg import solve_banded
 
 from knotfem.errors import InputError
 from knotfem.geometry.curve import Curve
+from knotfem.geometry.measures import turning_angles
 from knotfem.geometry.slices import Slices
 from knotfem.types import Array
 
@@ -62,7 +64,7 @@ def arc_parameters(curve: Curve, count: int, fractions: Array | None = None) -> 
     return parameters
 
 
-def equal_chords(curve: Curve, edges: int, length: float | None = None) -> Chords:
+def equal_chords(curve: Curve, edges: int, length: float | None = None, *, file: str | Path | None = None) -> Chords:
     """Put edges + 1 vertices on the curve, first and last on its ends, all chords equal to a relative 1e-9.
 
     Points at equal arclengths have shorter chords where the curve is bent, which would strain a core of truss elements.
@@ -71,6 +73,7 @@ def equal_chords(curve: Curve, edges: int, length: float | None = None) -> Chord
         curve: any smooth curve.
         edges: number of chords, at least 1.
         length: sum of the chords, mm, to which the curve is scaled about the origin; None leaves it as it is.
+        file: named in the message of an error.
 
     Raises:
         InputError: edges or length out of range, or a curve that turns so sharply within one chord that the iteration
@@ -80,31 +83,32 @@ def equal_chords(curve: Curve, edges: int, length: float | None = None) -> Chord
         raise InputError("too few edges", found=edges, expected="at least 1")
     if length is not None and not (np.isfinite(length) and length > 0.0):
         raise InputError("length is not positive", found=length, expected="above 0 mm")
-    t, x, mean = _solve(curve, arc_parameters(curve, edges + 1), np.ones(edges))
+    t, x, mean = _solve(curve, arc_parameters(curve, edges + 1), np.ones(edges), file)
     scale = 1.0 if length is None else length / (edges * mean)
     return Chords(scale * x, scale, t)
 
 
-def chords(curve: Curve, slices: Slices, length: float) -> Chords:
+def chords(curve: Curve, slices: Slices, length: float | None = None, *, file: str | Path | None = None) -> Chords:
     """Put vertices on the curve, first and last on its ends, with chords as long as the slices of a rod.
 
     Args:
         curve: any smooth curve.
         slices: of the rod.
-        length: of the rod, mm, to which the curve is scaled about the origin.
+        length: of the rod, mm, to which the curve is scaled about the origin; None leaves it as it is.
+        file: named in the message of an error.
 
     Raises:
         InputError: see `equal_chords`.
     """
     if slices.equal:
-        return equal_chords(curve, slices.count, length)
+        return equal_chords(curve, slices.count, length, file=file)
     start = arc_parameters(curve, slices.count + 1, slices.fractions)
-    t, x, mean = _solve(curve, start, slices.lengths / slices.lengths.mean())
-    scale = length / (slices.count * mean)
+    t, x, mean = _solve(curve, start, slices.lengths / slices.lengths.mean(), file)
+    scale = 1.0 if length is None else length / (slices.count * mean)
     return Chords(scale * x, scale, t)
 
 
-def _solve(curve: Curve, t: Array, ratio: Array) -> tuple[Array, Array, float]:
+def _solve(curve: Curve, t: Array, ratio: Array, file: str | Path | None) -> tuple[Array, Array, float]:
     """Parameters and points of chords in given ratios, and their mean.
 
     The equations |x(t_(i+1)) - x(t_i)| = r_i c are solved for the parameters t_1 .. t_(edges-1) and the mean chord c by
@@ -114,6 +118,7 @@ def _solve(curve: Curve, t: Array, ratio: Array) -> tuple[Array, Array, float]:
         curve: any smooth curve.
         t: parameters to begin with, shape (edges + 1,).
         ratio: r, of mean 1, shape (edges,).
+        file: named in the message of an error.
     """
     edges = ratio.size
     smallest = TOLERANCE * float(np.ptp(curve(curve.spans), axis=0).max())
@@ -136,7 +141,12 @@ def _solve(curve: Curve, t: Array, ratio: Array) -> tuple[Array, Array, float]:
     mean = float(size.mean())
     if not (size.min() > smallest and np.abs(size - ratio * mean).max() < TOLERANCE * mean):
         kind = "equal chords" if (ratio == 1.0).all() else "chords as long as the slices"
-        raise InputError(f"the curve has no {edges} {kind}: it turns too sharply; take more edges or smooth it")
+        arc = np.concatenate([[0.0], np.cumsum(size)])
+        worst = int(np.argmax(turning_angles(x))) + 1 if size.min() > smallest else int(np.argmin(size))
+        place = arc[worst] / arc[-1]
+        problem = f"the curve has no {edges} {kind}: it turns too sharply near s/L = {place:.3f}"
+        expected = "shorter elements (mesh.element_length), or a smoother curve (smoothing.iterations)"
+        raise InputError(problem, file=file, expected=expected)
     return t, x, mean
 
 

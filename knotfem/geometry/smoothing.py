@@ -10,16 +10,24 @@ from knotfem.errors import InputError
 from knotfem.geometry.points import as_points
 from knotfem.types import Array
 
+PASS_BAND = 0.01
+"""Of smoothing that keeps the size, as 1 - cos of the angle of a wave from point to point: longer waves, such as loops
+of more than 44 points, are left as they are."""
 
-def laplacian(points: ArrayLike, gamma: float = 0.1, iterations: int = 1000) -> Array:
+
+def laplacian(points: ArrayLike, gamma: float = 0.1, iterations: int = 1000, *, keep_size: bool = False) -> Array:
     """Smooth a polyline by x_i <- x_i - gamma [x_i - (x_(i-1) + x_(i+1))/2], all points at once, both ends fixed.
 
-    Source: Aymon et al., Extreme Mech. Lett. 81, 102413 (2025), Eq. (A.1).
+    This shrinks loops: strands come closer. With `keep_size`, each such iteration is followed by one with the opposite
+    sign and gamma/(1 - 0.01 gamma), which takes the shrinkage back and leaves the scatter removed.
+
+    Source: Aymon et al., Extreme Mech. Lett. 81, 102413 (2025), Eq. (A.1); for `keep_size` Taubin, SIGGRAPH 95, 351.
 
     Args:
         points: shape (n, 3).
         gamma: strength of one iteration, 0 <= gamma <= 1; with more the shortest wave would grow.
         iterations: number of iterations; 0 changes nothing.
+        keep_size: whether loops keep their size.
 
     Returns:
         Shape (n, 3), a new array.
@@ -32,9 +40,10 @@ def laplacian(points: ArrayLike, gamma: float = 0.1, iterations: int = 1000) -> 
     if iterations < 0:
         raise InputError("smoothing iterations are negative", found=iterations, expected="0 or more")
     x = as_points(points).copy()
-    half = 0.5 * gamma
+    weights = (gamma, -gamma / (1.0 - PASS_BAND * gamma)) if keep_size else (gamma,)
     for _ in range(iterations):
-        x[1:-1] += half * (x[2:] - 2.0 * x[1:-1] + x[:-2])
+        for weight in weights:
+            x[1:-1] += 0.5 * weight * (x[2:] - 2.0 * x[1:-1] + x[:-2])
     return x
 
 

@@ -37,7 +37,13 @@ TOUCHING = 1e-6
 """Largest overlap, in diameters, that still counts as touching."""
 
 DEEPEST = 0.9
-"""Smallest distance between the centrelines of two rods in the initial configuration, in mean diameters."""
+"""Smallest distance between the centrelines of two strands in the initial configuration, in mean diameters. Contact
+separates them before a scene's first step has come to rest; the tight knots that the program itself computes and those
+that are measured overlap by a few percent."""
+
+SCATTERED = 0.007
+"""Scatter of points, in diameters, above which they count as measured: whether strands overlap by a few percent is not
+known then. Points of drawn knots scatter by less than 0.005."""
 
 
 class Cylinder(NamedTuple):
@@ -60,6 +66,7 @@ def check_centreline(
     *,
     obstacles: Sequence[Cylinder] = (),
     unsmoothed: ArrayLike | None = None,
+    scatter: float = 0.0,
     file: str | Path | None = None,
 ) -> list[str]:
     """Refuse a centreline that no rod of this diameter can take; return warnings for doubtful ones.
@@ -68,9 +75,10 @@ def check_centreline(
         points: vertices after smoothing, scaling and resampling, several per diameter, shape (n, 3), mm.
         diameter: of the rod, mm.
         obstacles: that the rod must not overlap.
-        unsmoothed: vertices before smoothing, scaled to the same length, shape (m, 3), mm. If they are given, the rod
-            must not overlap itself along these; an overlap that only the smoothing has caused gives a warning. Whether
-            the smoothing has changed the knot is checked by `knotfem.topology.knot_type.check_smoothing`.
+        unsmoothed: vertices before smoothing, scaled to the same length, shape (m, 3), mm. Overlaps are judged after
+            smoothing. Whether the smoothing has changed the knot is checked by
+            `knotfem.topology.knot_type.check_smoothing`.
+        scatter: of the points that the curve was made of, mm; see `knotfem.geometry.repair.scatter`.
         file: named in the messages.
 
     Returns:
@@ -78,20 +86,22 @@ def check_centreline(
 
     Raises:
         InputError: points that are not finite, too few or repeated; a closed curve; curvature x diameter above 1.6; an
-            angle above 0.85 rad between successive edges; a rod of this diameter that crosses or overlaps itself; an
+            angle above 0.85 rad between successive edges; a rod of this diameter that crosses itself, or overlaps
+            itself by more than a tenth of the diameter, or at all where its points scatter and are not smoothed; an
             overlap with an obstacle.
     """
     if not (np.isfinite(diameter) and diameter > 0.0):
         raise InputError("rod diameter is not positive", file=file, found=diameter, expected="above 0 mm")
     x = as_points(points, fewest=FEWEST_POINTS, file=file)
     _check_open(x, diameter, file)
-    drawn = x if unsmoothed is None else as_points(unsmoothed, fewest=FEWEST_POINTS, file=file)
-    _check_strands(drawn, diameter, file)
+    drawn = None if unsmoothed is None else as_points(unsmoothed, fewest=FEWEST_POINTS, file=file)
+    measured = drawn is None and scatter > SCATTERED * diameter
+    warnings = _check_strands(x, diameter, drawn, scatter if measured else 0.0, file)
     _check_curvature(x, diameter, file)
     _check_turns(x, file)
     for number, obstacle in enumerate(obstacles, start=1):
         _check_obstacle(x, diameter, obstacle, number, file)
-    return [] if unsmoothed is None else _smoothing_warnings(drawn, x, diameter)
+    return warnings if warnings or drawn is None else _smoothing_warnings(drawn, x, diameter)
 
 
 def check_apart(lines: Sequence[Array], diameters: Sequence[float], names: Sequence[str]) -> list[str]:
@@ -148,16 +158,42 @@ def _check_turns(x: Array, file: str | Path | None) -> None:
         raise InputError(problem, file=file, found=f"{turns[i - 1]:.3g} rad", expected=expected)
 
 
-def _check_strands(x: Array, diameter: float, file: str | Path | None) -> None:
+def _check_strands(
+    x: Array, diameter: float, drawn: Array | None, scatter: float, file: str | Path | None
+) -> list[str]:
+    """Refuse a rod that overlaps itself too deeply; warn of a smaller overlap, which contact removes.
+
+    Args:
+        x: vertices, shape (n, 3), mm.
+        diameter: of the rod, mm.
+        drawn: vertices before smoothing, shape (m, 3), mm; None without.
+        scatter: of points that are measured and not smoothed, mm; 0 for others.
+        file: named in the message.
+    """
     closest = strand_clearance(x, diameter)
     if closest.distance >= (1.0 - TOUCHING) * diameter:
-        return
+        return []
+    places = f"s/L = {_places(x, closest)}"
+    if closest.distance >= DEEPEST * diameter and scatter == 0.0:
+        before = "" if drawn is None else _before(drawn, diameter)
+        depth = diameter - closest.distance
+        overlap = f"{depth:.3g} mm ({100.0 * depth / diameter:.1f} % of the diameter)"
+        name = "" if file is None else f"{file}: "
+        return [f"{name}strands overlap by {overlap} at {places}{before}; contact separates them"]
     crossing = closest.distance < 0.01 * diameter
-    problem = (
-        f"the rod {'crosses' if crossing else 'overlaps'} itself at s/L = {_places(x, closest)} (distance of strands)"
-    )
-    expected = f"at least the diameter, {diameter:.4g} mm"
+    problem = f"the rod {'crosses' if crossing else 'overlaps'} itself at {places} (distance of strands)"
+    expected = f"at least the diameter, {diameter:.4g} mm ({DEEPEST * diameter:.4g} mm for strands pressed together)"
+    if drawn is not None:
+        problem += f" after smoothing{_before(drawn, diameter)}"
+        expected += "; fewer iterations, or smoothing.keep_size = true, bring strands less close"
+    elif scatter > 0.0:
+        problem += f"; the points scatter by about {scatter:.2g} mm"
+        expected += "; smooth measured points: smoothing.iterations = 1000, smoothing.keep_size = true"
     raise InputError(problem, file=file, found=f"{closest.distance:.4g} mm", expected=expected)
+
+
+def _before(drawn: Array, diameter: float) -> str:
+    return f"; {strand_clearance(drawn, diameter).distance / diameter:.2f} diameters apart before smoothing"
 
 
 def _places(x: Array, closest: Clearance) -> str:
@@ -182,8 +218,5 @@ def _smoothing_warnings(drawn: Array, x: Array, diameter: float) -> list[str]:
     before, after = strand_clearance(drawn, diameter), strand_clearance(x, diameter)
     if after.distance >= CLOSE * diameter or after.distance >= before.distance:
         return []
-    was_apart, now_apart = before.distance / diameter, after.distance / diameter
-    return [
-        f"smoothing has brought strands from {was_apart:.2f} to {now_apart:.2f} diameters apart "
-        f"at s/L = {_places(x, after)}{'; they overlap' if now_apart < 1.0 else ''}"
-    ]
+    apart = f"from {before.distance / diameter:.2f} to {after.distance / diameter:.2f} diameters apart"
+    return [f"smoothing has brought strands {apart} at s/L = {_places(x, after)}"]

@@ -9,13 +9,11 @@ import numpy as np
 
 from knotfem.errors import InputError
 from knotfem.geometry import validate
-from knotfem.geometry.curve import Curve, interpolate
 from knotfem.geometry.finite_rotation import rotate
 from knotfem.geometry.grading import graded_slices
-from knotfem.geometry.readers import read_centreline, unused_columns
-from knotfem.geometry.resample import arc_parameters, chords, equal_chords
+from knotfem.geometry.resample import arc_parameters, chords
 from knotfem.geometry.slices import Slices, equal_slices
-from knotfem.geometry.smoothing import laplacian
+from knotfem.models.drawn import Drawn, drawn_curves, scaling_warnings
 from knotfem.scene.elements import ORDERS
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import MOST_SLICES, Rod
@@ -46,13 +44,23 @@ class Centreline:
 
 
 def centrelines_of(scene: Scene) -> list[Centreline]:
-    """Centrelines of all rods, which must not overlap where there is contact; see `centreline_of`."""
-    found = [centreline_of(rod, slices, scene) for rod, slices in zip(scene.rods, slices_of(scene), strict=True)]
+    """Read, smooth, scale, resample, place and check the centrelines of all rods; no rod may overlap another.
+
+    Raises:
+        InputError: no rods can lie along them.
+    """
+    drawn = drawn_curves(scene)
+    laid = [
+        _laid(rod, curve, slices)
+        for rod, curve, slices in zip(scene.rods, drawn, _slices_along(scene, drawn), strict=True)
+    ]
+    found = [_checked(rod, curve, one, scene) for rod, curve, one in zip(scene.rods, drawn, laid, strict=True)]
+    factors, added = [one.factor for one in laid], [one.added for one in laid]
+    said = scaling_warnings(scene.rods, factors, added)
     if scene.contact.enabled and len(found) > 1:
         lines, rods = [line.points for line in found], scene.rods
-        warnings = validate.check_apart(lines, [rod.diameter for rod in rods], [rod.name for rod in rods])
-        found[-1] = replace(found[-1], warnings=(*found[-1].warnings, *warnings))
-    return found
+        said[-1] += validate.check_apart(lines, [rod.diameter for rod in rods], [rod.name for rod in rods])
+    return [replace(line, warnings=(*line.warnings, *more)) for line, more in zip(found, said, strict=True)]
 
 
 def pushed_inwards(scene: Scene, centrelines: Sequence[Centreline]) -> list[str]:
@@ -84,16 +92,25 @@ def slices_of(scene: Scene) -> list[Slices]:
     Raises:
         InputError: a centreline that has no chords as long as its slices, or too many slices.
     """
-    return [_slices_of(rod, number, scene) for number, rod in enumerate(scene.rods)]
+    graded = any(rod.mesh.turning_angle is not None for rod in scene.rods)
+    return _slices_along(scene, drawn_curves(scene) if graded else [])
 
 
-def _slices_of(rod: Rod, number: int, scene: Scene) -> Slices:
-    if rod.mesh.turning_angle is None:
-        return equal_slices(rod.length, rod.slices)
-    curve, _ = _smoothed(rod)
+def _slices_along(scene: Scene, drawn: Sequence[Drawn]) -> list[Slices]:
+    """Slices of all rods along their curves, which rods of equal slices do not need."""
+    return [
+        equal_slices(rod.length, rod.slices)
+        if rod.mesh.turning_angle is None
+        else _graded(rod, rod.mesh.turning_angle, number, drawn[number], scene)
+        for number, rod in enumerate(scene.rods)
+    ]
+
+
+def _graded(rod: Rod, angle: float, number: int, drawn: Drawn, scene: Scene) -> Slices:
+    curve, _ = drawn.along(equal_slices(rod.length, rod.slices), rod.centerline)
     count = int(np.ceil(rod.length / (CURVATURE_SPACING * rod.diameter)))
     order = ORDERS[rod.mesh.element]
-    angle, most = rod.mesh.turning_angle, rod.length / MOST_SLICES
+    most = rod.length / MOST_SLICES
     if angle * rod.radius < most:
         key, expected = f"rods.{number}.mesh.turning_angle", f"at least {most / rod.radius:.3g}"
         raise InputError("too many slices", key=key, found=f"{angle:g}", expected=expected)
@@ -107,24 +124,38 @@ def _slices_of(rod: Rod, number: int, scene: Scene) -> Slices:
     )
 
 
-def _smoothed(rod: Rod) -> tuple[Curve, np.ndarray | None]:
-    """A rod's centreline as a curve of its own scale, and vertices before smoothing where there is any [mm]."""
-    curve = read_centreline(rod.curve_file)
-    if rod.smoothing.iterations == 0:
-        return curve, None
-    raw = equal_chords(curve, rod.slices, rod.length).points
-    return interpolate(laplacian(raw, rod.smoothing.gamma, rod.smoothing.iterations)), raw
+@dataclass(frozen=True, eq=False)
+class _Laid:
+    """A rod's vertices, not yet placed.
+
+    Attributes:
+        points: [mm], shape [sections, 3].
+        slices: of the rod.
+        factor: mm per unit of the file.
+        added: by which the ends were made longer [mm].
+    """
+
+    points: np.ndarray
+    slices: Slices
+    factor: float
+    added: float
 
 
-def centreline_of(rod: Rod, slices: Slices, scene: Scene) -> Centreline:
-    """Read, smooth, scale, resample, place and check a rod's centreline.
+def _laid(rod: Rod, drawn: Drawn, slices: Slices) -> _Laid:
+    curve, added = drawn.along(slices, rod.centerline)
+    found = chords(curve, slices, rod.length, file=rod.centerline)
+    scaled = found.scale if drawn.unsmoothed is None else found.scale * drawn.read
+    return _Laid(found.points, slices, drawn.read if drawn.factor is not None else scaled, added)
+
+
+def _checked(rod: Rod, drawn: Drawn, laid: _Laid, scene: Scene) -> Centreline:
+    """A rod's centreline in its place, after checks.
 
     Raises:
         InputError: no rod can lie along it.
     """
-    curve, raw = _smoothed(rod)
-    unsmoothed = None if raw is None else place(raw, rod)
-    points = place(chords(curve, slices, rod.length).points, rod)
+    unsmoothed = None if drawn.unsmoothed is None else place(drawn.unsmoothed, rod)
+    points = place(laid.points, rod)
     obstacles = [
         validate.Cylinder((o.point[0], o.point[1], o.point[2]), (o.axis[0], o.axis[1], o.axis[2]), o.diameter)
         for o in scene.obstacles
@@ -135,15 +166,12 @@ def centreline_of(rod: Rod, slices: Slices, scene: Scene) -> Centreline:
         rod.diameter,
         obstacles=obstacles,
         unsmoothed=unsmoothed,
+        scatter=drawn.scatter,
         file=rod.centerline,
     )
     if unsmoothed is not None:
         check_smoothing(unsmoothed, points, rod.centerline)
-    warnings += [
-        f'{rod.centerline}: the column "{name}" is not used (the twist of a rod is rods.twist)'
-        for name in unused_columns(rod.curve_file)
-    ]
-    return Centreline(points, slices, tuple(warnings))
+    return Centreline(points, laid.slices, (*drawn.warnings, *warnings))
 
 
 def place(points: np.ndarray, rod: Rod) -> np.ndarray:

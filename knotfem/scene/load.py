@@ -16,7 +16,7 @@ from knotfem.errors import OVERRIDES, InputError, cannot_read
 from knotfem.files import check_regular
 from knotfem.scene.effects import Cylinder
 from knotfem.scene.model import Scene
-from knotfem.scene.rods import CURVE_SUFFIXES, Rod
+from knotfem.scene.rods import Rod, is_curve_file
 from knotfem.scene.table import input_error
 
 _ALTERNATIVES = {"section": "section_elements", "section_elements": "section"}
@@ -219,13 +219,18 @@ def _make_uniform(tables: dict[str, Any], folder: Path, file: str | Path) -> Non
             if other in rod:
                 rod[key] = rod.pop(other)
         curve, mesh = rod.get("centerline"), rod.get("mesh")
-        if isinstance(curve, str) and Path(curve).suffix in CURVE_SUFFIXES:
+        if isinstance(curve, str) and curve and _names_file(curve, folder):
             rod["centerline"] = str((folder / curve).resolve())
         if isinstance(mesh, dict) and isinstance(mesh.get("section"), str):
             mesh["section"] = str((folder / mesh["section"]).resolve())
     tie = tables.get("tie")
     if isinstance(tie, dict) and isinstance(tie.get("source"), str):
         tie["source"] = str((folder / tie["source"]).resolve())
+
+
+def _names_file(curve: str, folder: Path) -> bool:
+    """Whether a centreline is a file; one without a suffix counts where it exists and no shipped one has its name."""
+    return is_curve_file(curve) or (curve not in shipped.centreline_names() and (folder / curve).is_file())
 
 
 def _locate(error: InputError, path: Path, places: Mapping[str, list[str]]) -> InputError:

@@ -120,6 +120,20 @@ class Scene(Table):
             names.append(item.name)
         return items
 
+    @field_validator("rods")
+    @classmethod
+    def _check_frames(cls, rods: tuple[Rod, ...]) -> tuple[Rod, ...]:
+        scales = {rod.name: rod.scale for rod in rods}
+        for index, rod in enumerate(rods):
+            if isinstance(rod.scale, str):
+                known_name(rod.scale, list(scales), "rod", at=f"{index}.scale")
+                if rod.scale == rod.name or isinstance(scales[rod.scale], str):
+                    found, expected = f'"{rod.scale}"', "a rod that is scaled by a number or to its length"
+                    raise refusal(
+                        "this rod takes its scale from another", at=f"{index}.scale", found=found, expected=expected
+                    )
+        return rods
+
     @field_validator("steps")
     @classmethod
     def _complete_steps(cls, steps: tuple[Step, ...], info: ValidationInfo) -> tuple[Step, ...]:

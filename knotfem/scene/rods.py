@@ -14,7 +14,7 @@ from knotfem.scene.quantity import Angle, Duration, PositiveDensity, PositiveLen
 from knotfem.scene.stiffness import axial_stiffness, bending_stiffness, mass_per_length, twisting_stiffness
 from knotfem.scene.table import Direction, Flag, Integer, Name, Number, Point, Table, known_name, refusal
 
-CURVE_SUFFIXES = (".csv", ".json", ".toml")
+CURVE_SUFFIXES = (".csv", ".tsv", ".txt", ".xyz", ".dat", ".obj", ".vect", ".json", ".toml")
 MOST_SLICES = 10**6
 """Of a rod: more than any machine holds."""
 
@@ -25,10 +25,13 @@ class Smoothing(Table):
     Attributes:
         gamma: weight of the neighbours' mean in one iteration, between 0 and 1.
         iterations: how often.
+        keep_size: whether each iteration is followed by one that takes the shrinkage of loops back (after Taubin), as
+            measured points want it.
     """
 
     gamma: Annotated[Number, Field(gt=0.0, lt=1.0)] = 0.1
     iterations: Annotated[Integer, Field(ge=0, le=100_000)] = 0
+    keep_size: Flag = False
 
 
 class Rotation(Table):
@@ -142,11 +145,19 @@ class RodMesh(Table):
         return tables
 
 
+def is_curve_file(curve: str) -> bool:
+    """Whether a centreline is given by a file, not by a shipped name."""
+    path = Path(curve)
+    return bool(path.suffix) or path.name != curve
+
+
 def _known_curve(curve: str) -> str:
-    if Path(curve).suffix not in CURVE_SUFFIXES:
+    if not is_curve_file(curve):
         known_name(curve, shipped.centreline_names(), "shipped centreline", at="")
     elif not Path(curve).exists():
-        raise refusal("no such file", expected="a CSV, JSON or TOML file, or a shipped name")
+        raise refusal("no such file", expected="a file of points or of a NURBS curve, or a shipped name")
+    elif Path(curve).suffix.lower() not in CURVE_SUFFIXES:
+        raise refusal("unknown kind of centreline file", expected=f"one of {', '.join(CURVE_SUFFIXES)}")
     return curve
 
 
@@ -155,8 +166,13 @@ class Rod(Table):
 
     Attributes:
         name: for ends, pairs, tables.
-        centerline: a shipped name, or a CSV, JSON or TOML file; scaled about the origin to the rod's length. Scenes may
-            spell the key `centreline`.
+        centerline: a shipped name, or a file of points or of a NURBS curve; scaled about the origin to the rod's length
+            where there is no `scale`. Scenes may spell the key `centreline`.
+        curve: number of the curve in a file of several, from 1.
+        cut_at: number of the point at which a closed curve is cut open, from 1.
+        scale: factor by which the coordinates of the curve are multiplied [mm per unit of the file], or the name of
+            another rod, drawn in the same frame, whose factor is taken. The ends of the curve are then made straight
+            and longer, or cut, so that it is as long as the rod.
         length: [mm].
         diameter: [mm].
         rotation: of the scaled curve, before `origin`.
@@ -172,6 +188,9 @@ class Rod(Table):
 
     name: Name = "rod"
     centerline: Annotated[str, AfterValidator(_known_curve)]
+    curve: Annotated[Integer, Field(ge=1)] | None = None
+    cut_at: Annotated[Integer, Field(ge=1)] | None = None
+    scale: Annotated[Number, Field(gt=0.0)] | Name | None = None
     length: PositiveLength
     diameter: PositiveLength
     origin: Point = (0.0, 0.0, 0.0)
@@ -191,7 +210,7 @@ class Rod(Table):
     def curve_file(self) -> Path:
         """File of the centreline."""
         given = Path(self.centerline)
-        return given if given.suffix in CURVE_SUFFIXES else shipped.centreline_path(self.centerline)
+        return given if is_curve_file(self.centerline) else shipped.centreline_path(self.centerline)
 
     @property
     def radius(self) -> float:

@@ -7,38 +7,98 @@ import pytest
 from knotfem.errors import InputError
 from knotfem.geometry.curve import NaturalSpline
 from knotfem.geometry.nurbs import Nurbs
-from knotfem.geometry.readers import read_centreline, read_csv, read_nurbs, unused_columns
+from knotfem.geometry.nurbs_file import read_nurbs
+from knotfem.geometry.readers import Choice, CurveFile, read_centreline, read_curve
 
 CLAMPED = [[0, 0, 0, 1], [1, 0, 0, 1], [2, 1, 0, 0.5], [2, 2, 1, 1], [3, 2, 1, 1]]
 
 
-def test_reads_csv_with_comments(tmp_path: Path) -> None:
-    path = tmp_path / "knot.csv"
-    path.write_text("# rod\n\nx,y,z\n0,0,0\n1, 0, 0 # second\n2,0,1e-1\n# between\n3,1,0\n")
-    assert read_csv(path).tolist() == [[0, 0, 0], [1, 0, 0], [2, 0, 0.1], [3, 1, 0]]
-    assert isinstance(read_centreline(path), NaturalSpline)
+STRAIGHT = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.5], [3.0, 1.0, 0.0]]
+
+
+def read(path: Path, text: str | bytes, choice: Choice | None = None) -> CurveFile:
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return read_curve(path, choice)
+
+
+def points_of(found: CurveFile) -> list[list[float]]:
+    assert found.points is not None
+    return found.points.tolist()
 
 
 @pytest.mark.parametrize(
-    ("text", "message"),
+    ("name", "text"),
     [
-        ("0,0,0\n1,0,0\n", "line 1 is not the header; found 0,0,0; expected x,y,z"),
-        ("x,y,z\n0,0,0\n1,0\n", "line 3 is not a point; found 1,0"),
-        ("x,y,z,angle\n0,0,0,0\n1,0,0\n", "line 3 is not a point; found 1,0,0; expected 4 numbers x,y,z,angle"),
-        ("x,y,z\n0,0,0\n1,0,zero\n", "line 3 is not a point"),
-        ("x,y,z\n0,0,0\n1,0,0\n2,0,nan\n3,0,0\n", "point 3 is not finite"),
-        ("x,y,z\n0,0,0\n1,0,0\n2,0,0\n", "too few points; found 3; expected at least 4"),
-        ("x,y,z\n", "too few points; found 0"),
-        ("", "too few points; found 0"),
-        ("x,y,z\n0,0,0\n1,0,0\n1,0,0\n3,0,0\n", "points 2 and 3 are the same"),
+        ("comments.csv", "# rod\n\nx,y,z\n0,0,0\n1, 0, 0 # second\n2,0,5e-1\n# between\n3,1,0\n"),
+        ("units.csv", "x [mm],y [mm],z [mm]\n0,0,0\n1,0,0\n2,0,0.5\n3,1,0\n"),
+        ("suffixes.csv", "x_mm,y_mm,z_mm\n0,0,0\n1,0,0\n2,0,0.5\n3,1,0\n"),
+        ("quoted.csv", '"X","Y","Z"\n0,0,0\n1,0,0\n2,0,0.5\n3,1,0\n'),
+        ("paraview.csv", "Points:0,Points:1,Points:2\n0,0,0\n1,0,0\n2,0,0.5\n3,1,0\n"),
+        ("turned.csv", "z,y,x\n0,0,0\n0,0,1\n0.5,0,2\n0,1,3\n"),
+        ("tabs.txt", "x\ty\tz\n0\t0\t0\n1\t0\t0\n2\t0\t0.5\n3\t1\t0\n"),
+        ("commas.txt", "x\ty\tz\n0\t0\t0\n1\t0\t0\n2\t0\t0,5\n3\t1\t0\n"),
+        ("blanks.xyz", "0 0 0\n1  0 0\n2 0 0.5\n3 1 0\n\n"),
+        ("plain.csv", "0,0,0\n1,0,0\n2,0,0.5\n3,1,0\n"),
+        ("SPREADSHEET.CSV", "x;y;z\n0;0;0\n1;0;0\n2,0;0;0,5\n3;1;0\n"),
+        ("latin.csv", "# L\xe4nge\nx,y,z\n0,0,0\n1,0,0\n2,0,0.5\n3,1,0\n".encode("latin-1")),
+        ("vertices.obj", "o rod\nv 0 0 0\nv 1 0 0\nv 2 0 0.5 1.0\nv 3 1 0\n"),
+        ("line.obj", "v 3 1 0\nv 2 0 0.5\nv 1 0 0\nv 0 0 0\nl 4 3\nl 3 2 1\n"),
+        ("backwards.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0.5\nv 3 1 0\nl -4 -3 -2 -1\n"),
+        ("open.vect", "VECT\n1 4 1\n4\n1\n0 0 0\n1 0 0\n2 0 0.5\n3 1 0\n1 0 0 1\n"),
     ],
 )
-def test_refuses_csv(tmp_path: Path, text: str, message: str) -> None:
-    path = tmp_path / "knot.csv"
-    path.write_text(text)
+def test_reads_points(tmp_path: Path, name: str, text: str | bytes) -> None:
+    found = read(tmp_path / name, text)
+    assert points_of(found) == STRAIGHT
+    assert found.warnings == ()
+    assert isinstance(read_centreline(tmp_path / name), NaturalSpline)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("a.csv", "a,b,c\n0,0,0\n1,0,0\n", "line 1 is not the header; found a,b,c; expected x,y,z among"),
+        ("a.csv", "0,0,0,1\n1,0,0,1\n", "no header; found 4 numbers in line 1; expected x,y,z, or three numbers"),
+        ("a.csv", "x,y,z\n0,0,0\n1,0\n", "line 3 is not a point; found 1,0"),
+        ("a.csv", "x,y,z,angle\n0,0,0,0\n1,0,0\n", "line 3 is not a point; found 1,0,0; expected 4 numbers x,y,z,a"),
+        ("a.csv", "x,y,z\n0,5,1,5,2,5\n", "line 2 is not a point; found 0,5,1,5,2,5; expected 3 numbers"),
+        ("a.csv", "x,y,z\n0,0,0\n1,0,zero\n", "line 3 is not a point"),
+        ("a.csv", "x,y,z\n0,0,0\n1,0,0\n2,0,nan\n3,0,0\n", "point 3 is not finite"),
+        ("a.csv", "x,y,z\n0,0,0\n1,0,0\n2,0,0\n", "too few points; found 3; expected at least 4"),
+        ("a.csv", "x,y,z\n0,0,0\n1,0,0\n1,0,0\n3,0,0\n", "too few points; found 3"),
+        ("a.csv", "x,y,z\n", "too few points; found 0"),
+        ("a.csv", "", "too few points; found 0"),
+        ("a.obj", "v 0 0 0\nl 1 7\n", "line 2 is broken; found l 1 7"),
+        ("a.obj", "v 0 0\n", "line 1 is broken; found v 0 0"),
+        ("a.vect", "VEC\n", "not a VECT file"),
+        ("a.vect", "VECT\n1 4 0\n4\n0\n0 0 0\n1 0 0\n", "cut short or broken"),
+        ("a.vect", "VECT\n1 4 0\n5\n0\n", "the numbers of vertices differ; found 5 vertices in its curves, 4"),
+    ],
+)
+def test_refuses_points(tmp_path: Path, name: str, text: str, message: str) -> None:
     with pytest.raises(InputError, match=message) as caught:
-        read_csv(path)
-    assert str(path) in str(caught.value)
+        read(tmp_path / name, text)
+    assert str(tmp_path / name) in str(caught.value)
+
+
+TWO = {
+    "two.csv": "x,y,z\n0,0,0\n1,0,0\n2,0,0\n3,0,0\n\n0,0,9\n1,0,9\n2,0,9\n3,0,9\n",
+    "twice.csv": "x,y,z\n0,0,0\n1,0,0\n2,0,0\n3,0,0\n\nx,y,z\n0,0,9\n1,0,9\n2,0,9\n3,0,9\n",
+    "two.obj": "".join(f"v {i} 0 {z}\n" for z in (0, 9) for i in range(4)) + "l 1 2 3 4\nl 5 6 7 8\n",
+    "two.vect": "VECT\n2 8 0\n4 4\n0 0\n" + "".join(f"{i} 0 {z}\n" for z in (0, 9) for i in range(4)),
+}
+
+
+@pytest.mark.parametrize("name", TWO)
+def test_of_several_curves_one_must_be_named(tmp_path: Path, name: str) -> None:
+    with pytest.raises(InputError, match=r"2 curves in one file.*second begins in line .*curve = 1 or 2") as caught:
+        read(tmp_path / name, TWO[name])
+    if name == "two.csv":
+        assert "blank line 6 ends the first, the second begins in line 7" in str(caught.value)
+    for number, height in ((1, 0.0), (2, 9.0)):
+        assert points_of(read(tmp_path / name, TWO[name], Choice(number)))[3] == [3.0, 0.0, height]
+    with pytest.raises(InputError, match="no such curve; found curve = 3"):
+        read(tmp_path / name, TWO[name], Choice(3))
 
 
 def test_refuses_files_that_are_none(tmp_path: Path) -> None:
@@ -51,7 +111,7 @@ def test_refuses_files_that_are_none(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="not a text file"):
         read_centreline(tmp_path / "binary.csv")
     with pytest.raises(
-        InputError, match=r"unknown kind of centreline file; found \.stl; expected \.csv, \.json or \.toml"
+        InputError, match=r"unknown kind of centreline file; found \.stl; expected \.csv, .*\.json or \.toml"
     ):
         read_centreline(tmp_path / "knot.stl")
 
@@ -112,9 +172,12 @@ def test_refuses_broken_text(tmp_path: Path, name: str) -> None:
 
 def test_further_columns_are_named_and_left_out(tmp_path: Path) -> None:
     path = tmp_path / "twisted.csv"
-    path.write_text("# of another program\nx,y,z,angle\n0,0,0,0.1\n1,0,0,0.2\n2,0,1e-1,0.3\n3,1,0,0.4\n")
-    assert unused_columns(path) == ["angle"]
-    assert read_csv(path).tolist() == [[0, 0, 0], [1, 0, 0], [2, 0, 0.1], [3, 1, 0]]
-    plain = tmp_path / "plain.csv"
-    plain.write_text("x,y,z\n0,0,0\n1,0,0\n2,0,0\n3,0,1\n")
-    assert unused_columns(plain) == []
+    found = read(path, "# of another program\nid,x,y,z,angle\n1,0,0,0,0.1\n2,1,0,0,0.2\n3,2,0,0.5,0.3\n4,3,1,0,0.4\n")
+    assert points_of(found) == STRAIGHT
+    columns = [warning.partition('the column "')[2].partition('"')[0] for warning in found.warnings]
+    assert columns == ["id", "angle"]
+
+
+def test_radii_are_read(tmp_path: Path) -> None:
+    found = read(tmp_path / "thick.csv", "x,y,z,radius\n0,0,0,3\n1,0,0,3\n2,0,0.5,3\n3,1,0,4\n")
+    assert (points_of(found), found.radius, found.warnings) == (STRAIGHT, 3.0, ())

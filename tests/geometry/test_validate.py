@@ -86,7 +86,10 @@ def test_limit_of_the_turn_from_edge_to_edge(turn: float, legal: bool) -> None:
 def test_refuses_a_rod_that_overlaps_or_crosses_itself(shipped: Callable[[str], Array]) -> None:
     x = shipped("overhand")
     assert check_centreline(x, 1.6) == []
-    assert "the rod overlaps itself at s/L = 0." in refusal(x, 1.7)
+    (warning,) = check_centreline(x, 1.7)
+    assert warning.startswith("strands overlap by 0.0")
+    assert warning.endswith("; contact separates them")
+    assert "the rod overlaps itself at s/L = 0." in refusal(x, 1.9)
     a = np.linspace(-0.6 * np.pi, 1.2 * np.pi, 300)
     crossing = 10.0 * np.column_stack([np.sin(2 * a), np.sin(a), 0 * a])
     assert "the rod crosses itself at s/L = " in refusal(crossing)
@@ -127,16 +130,24 @@ def test_smoothing_that_brings_strands_close_is_a_warning(shipped: Callable[[str
     assert "overlap" not in warning
 
 
-def test_an_overlap_that_smoothing_has_made_is_a_warning(shipped: Callable[[str], Array]) -> None:
+def test_an_overlap_is_judged_after_smoothing(shipped: Callable[[str], Array]) -> None:
+    """Be it smoothing that made it, or smoothing that left it."""
     x = equal_chords(interpolate(shipped("surgeon")), 600, 600.0).points
-    (warning,) = check_centreline(smoothed(x, 0.1, 1000, 600.0), 600.0 / 152.0, unsmoothed=x)
-    assert warning.startswith("smoothing has brought strands from 1.67 to 0.")
-    assert warning.endswith("; they overlap")
+    after = smoothed(x, 0.1, 1000, 600.0)
+    (warning,) = check_centreline(after, 2.5, unsmoothed=x)
+    assert warning.startswith("strands overlap by 0.137 mm (5.5 % of the diameter) at s/L = 0.")
+    assert warning.endswith("; 2.64 diameters apart before smoothing; contact separates them")
+    said = refusal(after, 600.0 / 152.0, unsmoothed=x)
+    assert "overlaps itself" in said
+    assert "after smoothing; 1.67 diameters apart before smoothing; found 2.363 mm" in said
 
 
-def test_an_overlap_as_drawn_is_an_error_smoothed_or_not(shipped: Callable[[str], Array]) -> None:
-    x = shipped("granny")
-    assert "overlaps itself" in refusal(smoothed(x, 0.1, 10, 124.0), 1.8, unsmoothed=x)
+def test_an_overlap_of_points_that_scatter_is_refused_unless_they_are_smoothed(shipped: Callable[[str], Array]) -> None:
+    x = shipped("overhand")
+    assert "the points scatter by about 0.02 mm" in refusal(x, 1.7, scatter=0.02)
+    assert check_centreline(x, 1.6, scatter=0.02) == []
+    (warning,) = check_centreline(x, 1.7, scatter=0.02, unsmoothed=x)
+    assert "contact separates them" in warning
 
 
 def test_rods_must_not_overlap_each_other():

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from knotfem import shipped
 from knotfem.errors import InputError
-from knotfem.geometry.slices import equal_slices
-from knotfem.models.centreline import centreline_of
+from knotfem.geometry.readers import NURBS_SUFFIXES, READERS
+from knotfem.models.centreline import centrelines_of
 from knotfem.scene import Scene, load_scene, scene_to_toml
 from knotfem.scene.load import describe
 from knotfem.scene.rods import CURVE_SUFFIXES
@@ -139,17 +139,51 @@ def test_a_centreline_may_be_spelt_in_two_ways(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("suffix", CURVE_SUFFIXES)
 def test_every_kind_of_curve_file_is_read(tmp_path: Path, suffix: str) -> None:
+    points = "0 0 0\n1 0 0\n2 0 0\n3 0 0\n"
     written = {
-        ".csv": "x,y,z\n0,0,0\n1,0,0\n2,0,0\n3,0,0\n",
+        ".csv": "x,y,z\n" + points.replace(" ", ","),
+        ".tsv": "x\ty\tz\n" + points.replace(" ", "\t"),
+        ".txt": points,
+        ".xyz": points,
+        ".dat": points,
+        ".obj": "".join(f"v {line}\n" for line in points.splitlines()),
+        ".vect": f"VECT\n1 4 0\n4\n0\n{points}",
         ".json": '{"points": [[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]], "order_u": 4, "use_endpoint_u": true}',
         ".toml": "points = [[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]]\norder_u = 4\nuse_endpoint_u = true\n",
     }
     curve = tmp_path / f"mine{suffix}"
     curve.write_text(written[suffix])
     scene = load_scene("cantilever", [f"rods.0.centerline={curve}"])
-    points = centreline_of(scene.rods[0], equal_slices(scene.rods[0].length, 10), scene).points
-    assert points[:, 0] == pytest.approx([8.0 * i for i in range(11)], abs=1e-9)
-    assert set(written) == set(CURVE_SUFFIXES)
+    (line,) = centrelines_of(scene)
+    assert line.points[:, 0] == pytest.approx([80.0 * i / line.slices.count for i in range(line.slices.count + 1)])
+    assert set(written) == set(CURVE_SUFFIXES) == {*READERS, *NURBS_SUFFIXES}
+
+
+def test_a_curve_file_of_another_kind_is_not_taken_for_a_shipped_name(tmp_path: Path, monkeypatch) -> None:
+    """A suffix in capitals is none other; a file without a suffix, or with an unknown one, is refused as a file."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("MINE.CSV", "mine.stl", "mine"):
+        (tmp_path / name).write_bytes(shipped.centreline_path("overhand").read_bytes())
+    assert load_scene("overhand", ["rods.0.centerline=MINE.CSV"]).rods[0].curve_file == tmp_path / "MINE.CSV"
+    for name in ("mine.stl", "mine"):
+        with pytest.raises(InputError, match=r"unknown kind of centreline file; found .*/mine"):
+            load_scene("overhand", [f"rods.0.centerline={name}"])
+    with pytest.raises(InputError, match=r"no such file.*found .*/absent\.step"):
+        load_scene("overhand", ["rods.0.centerline=absent.step"])
+
+
+@pytest.mark.parametrize(
+    ("scales", "message"),
+    [
+        ({"hitch": "rope"}, "no rod has this name"),
+        ({"hitch": "hitch"}, "takes its scale from another"),
+        ({"hitch": "bight", "bight": "hitch"}, "takes its scale from another"),
+        ({"hitch": 0.0}, "greater than 0"),
+    ],
+)
+def test_a_scale_is_a_factor_or_another_rod(scales: dict[str, object], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        load_scene("sheet-bend", {f"rods.{rod}.scale": scale for rod, scale in scales.items()})
 
 
 REFUSED = [
