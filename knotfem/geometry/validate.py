@@ -185,10 +185,11 @@ def _check_strands(
     expected = f"at least the diameter, {diameter:.4g} mm ({DEEPEST * diameter:.4g} mm for strands pressed together)"
     if drawn is not None:
         problem += f" after smoothing{_before(drawn, diameter)}"
-        expected += "; fewer iterations, or smoothing.keep_size = true, bring strands less close"
+        closer = strand_clearance(drawn, diameter).distance > closest.distance
+        expected += f"; {'fewer iterations, or smoothing.keep_size = true' if closer else 'more iterations'}"
     elif scatter > 0.0:
         problem += f"; the points scatter by about {scatter:.2g} mm"
-        expected += "; smooth measured points: smoothing.iterations = 1000, smoothing.keep_size = true"
+        expected += "; smooth measured points (smoothing.iterations = 1000)"
     raise InputError(problem, file=file, found=f"{closest.distance:.4g} mm", expected=expected)
 
 

@@ -7,14 +7,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from knotfem.errors import InputError
 from knotfem.geometry.curve import Curve, NaturalSpline, interpolate
 from knotfem.geometry.fit import fitted
+from knotfem.geometry.measures import arclength
 from knotfem.geometry.nurbs import Nurbs
 from knotfem.geometry.readers import Choice, CurveFile, read_curve
 from knotfem.geometry.repair import scatter
-from knotfem.geometry.resample import arc_parameters, equal_chords
+from knotfem.geometry.resample import Chords, arc_parameters, equal_chords
 from knotfem.geometry.slices import Slices
 from knotfem.geometry.smoothing import laplacian
+from knotfem.geometry.validate import SCATTERED
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import Rod, is_curve_file
 
@@ -86,7 +89,7 @@ def _own_factor(rod: Rod, file: CurveFile) -> float:
     """By which the coordinates of a rod that takes its scale from none are multiplied."""
     if isinstance(rod.scale, float | int):
         return float(rod.scale)
-    return equal_chords(file.curve, rod.slices, rod.length, file=rod.centerline).scale
+    return _vertices(rod, file, rod.length).scale
 
 
 def _drawn(rod: Rod, file: CurveFile, factor: float | None, own: float) -> Drawn:
@@ -97,13 +100,31 @@ def _drawn(rod: Rod, file: CurveFile, factor: float | None, own: float) -> Drawn
     if smoothing.iterations == 0:
         curve = file.curve if factor is None else _scaled(file, factor)
         return Drawn(curve, None, factor, read, noise, tuple(warnings))
-    length = rod.length if factor is None else None
-    found = equal_chords(file.curve, rod.slices, length, file=rod.centerline).points
+    found = _vertices(rod, file, rod.length if factor is None else None).points
     raw = found if factor is None else factor * found
-    smooth = laplacian(raw, smoothing.gamma, smoothing.iterations, keep_size=smoothing.keep_size)
+    keep_size = noise > SCATTERED * rod.diameter if smoothing.keep_size is None else smoothing.keep_size
+    smooth = laplacian(raw, smoothing.gamma, smoothing.iterations, keep_size=keep_size)
     if is_curve_file(rod.centerline):
-        warnings.append(_moved(rod, raw, smooth))
+        warnings.append(_moved(rod, raw, smooth, keep_size=keep_size))
     return Drawn(interpolate(smooth), raw, factor, read, noise, tuple(warnings))
+
+
+def _vertices(rod: Rod, file: CurveFile, length: float | None) -> Chords:
+    """Vertices on the curve of a file, which smoothing acts on: with equal chords, or at equal arclengths where points
+    scatter so much that there are none.
+
+    Raises:
+        InputError: no equal chords, and no smoothing.
+    """
+    try:
+        return equal_chords(file.curve, rod.slices, length, file=rod.centerline)
+    except InputError:
+        if rod.smoothing.iterations == 0:
+            raise
+    parameters = arc_parameters(file.curve, rod.slices + 1)
+    x = file.curve(parameters)
+    scale = 1.0 if length is None else length / arclength(x)[-1]
+    return Chords(scale * x, scale, parameters)
 
 
 def _scaled(file: CurveFile, factor: float) -> Curve:
@@ -113,11 +134,12 @@ def _scaled(file: CurveFile, factor: float) -> Curve:
     return interpolate(factor * file.curve(file.curve.spans))
 
 
-def _moved(rod: Rod, before: np.ndarray, after: np.ndarray) -> str:
+def _moved(rod: Rod, before: np.ndarray, after: np.ndarray, *, keep_size: bool) -> str:
     moved = np.linalg.norm(after - before, axis=1)
     worst = int(np.argmax(moved))
     said = f"{moved.mean():.3g} mm on average, {moved[worst]:.3g} mm at the most (s/L = {worst / (len(moved) - 1):.3f})"
-    return f"{rod.centerline}: smoothing moves the curve by {said}"
+    kind = "smoothing that keeps the size of loops" if keep_size else "smoothing"
+    return f"{rod.centerline}: {kind} moves the curve by {said}"
 
 
 def _radius_warning(rod: Rod, file: CurveFile, factor: float) -> list[str]:

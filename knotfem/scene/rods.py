@@ -31,7 +31,7 @@ class Smoothing(Table):
 
     gamma: Annotated[Number, Field(gt=0.0, lt=1.0)] = 0.1
     iterations: Annotated[Integer, Field(ge=0, le=100_000)] = 0
-    keep_size: Flag = False
+    keep_size: Flag | None = None
 
 
 class Rotation(Table):

@@ -126,9 +126,14 @@ def test_measured_points_that_overlap_are_taken_smoothed_only(tmp_path: Path) ->
     noisy = x + np.random.default_rng(3).normal(scale=0.1, size=x.shape)
     with pytest.raises(InputError, match=r"the points scatter by about 0\.1.* mm.*smoothing\.iterations"):
         laid(tmp_path / "a.csv", noisy, scale=1.0)
-    smoothing = {"smoothing__iterations": 100, "smoothing__gamma": 0.5, "smoothing__keep_size": True}
+    rough = x + 6.0 * (noisy - x)
+    with pytest.raises(InputError, match=r"turns back between points .*, or smoothing of measured ones"):
+        laid(tmp_path / "a.csv", rough, scale=1.0)
+    with pytest.raises(InputError, match=r"more iterations|a smoother curve \(smoothing.iterations\)"):
+        laid(tmp_path / "a.csv", rough, scale=1.0, smoothing__iterations=30)
+    smoothing = {"smoothing__iterations": 100, "smoothing__gamma": 0.5}
     warnings = laid(tmp_path / "a.csv", noisy, scale=1.0, **smoothing).warnings
-    assert any("smoothing moves the curve by 0.1" in said for said in warnings)
+    assert any("smoothing that keeps the size of loops moves the curve by 0.1" in said for said in warnings)
     assert any("strands overlap by" in said and "diameters apart before smoothing" in said for said in warnings)
 
 
