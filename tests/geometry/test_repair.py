@@ -45,6 +45,7 @@ def test_a_plain_curve_is_taken_as_it_is(tmp_path: Path) -> None:
 def test_points_that_stand_twice_are_dropped_and_named(tmp_path: Path, apart: float) -> None:
     x = np.insert(helix(), [40, 80], helix()[[39, 79]] + apart, axis=0)
     found = read(tmp_path, x)
+    assert found.points is not None
     assert np.array_equal(found.points, helix())
     (warning,) = found.warnings
     assert "points 40 and 41 (lines 41 and 42), points 81 and 82 (lines 82 and 83) are the same" in warning
