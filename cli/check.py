@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
+from typing import Any
 
 import click
 
 import knotfem as kf
-from knotfem_cli.common import Verb, facts, from_option, last_option, model_option, shared_options, with_model
+from knotfem_cli.common import Verb, from_option, last_option, model_option, shared_options, with_model
+from knotfem_cli.text import facts, spoken, width_of
 
 
 @click.command(cls=Verb)
@@ -42,4 +45,23 @@ def check(
         click.echo(json.dumps({"scene": resolved.model_dump(mode="json"), **found}))
     elif not quiet:
         click.echo(scene_to_toml(resolved))
-        click.echo(facts(found))
+        click.echo(facts(_in_words(found), width=width_of()))
+
+
+def _in_words(found: Mapping[str, Any]) -> dict[str, Any]:
+    """What `knotfem.check` has found, for a reader."""
+    said: dict[str, Any] = {
+        "effects that act": {spoken(name): text for name, text in found["effects"].items()},
+        "effects that do not": {spoken(name): why for name, why in found["absent"].items()},
+        "keys without effect in this model": found["unused_keys"],
+        "slices": {rod: _slices(**of_it) for rod, of_it in found["slices"].items()},
+    }
+    rest = {name: value for name, value in found.items() if name not in ("effects", "absent", "unused_keys", "slices")}
+    return said | {spoken(name): value for name, value in rest.items() if value != 0}
+
+
+def _slices(number: int, shortest_mm: float, longest_mm: float) -> str:
+    lengths = f"{shortest_mm:.3g} mm"
+    if longest_mm > shortest_mm * (1.0 + 1e-9):
+        lengths = f"{shortest_mm:.3g} to {longest_mm:.3g} mm"
+    return f"{number} of {lengths}"

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from knotfem.errors import OVERRIDES, InputError, KnotfemError, SeveralErrors
+from knotfem_cli.text import facts, spoken, width_of, wrapped
 
 if TYPE_CHECKING:
     from knotfem.results.moment import Moment
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
 F = TypeVar("F", bound=Callable[..., Any])
 
 HIGHLIGHTS = (
-    "phases",
     "steps",
     "newton_iterations",
     "cutbacks",
@@ -37,7 +37,7 @@ HIGHLIGHTS = (
     "linear_solver",
     "peak_memory_mb",
 )
-"""What a verb shows of summary.json."""
+"""What a verb shows of summary.json, where it is there and not zero."""
 
 OPTIONS = ("at", "step", "label", "width", "height", "font", "axis", "xlim", "ylim", "force_unit", "quantity")
 """Arguments of the library that are options of the same name here."""
@@ -181,12 +181,20 @@ def show_run(run: Run, quiet: bool, log_format: str) -> None:
     if log_format == "json":
         click.echo(json.dumps({"run": str(run.path), **summary}))
         return
-    shown = {key: summary[key] for key in HIGHLIGHTS if key in summary}
+    shown = {spoken(key): summary[key] for key in HIGHLIGHTS if summary.get(key) not in (None, "none", 0.0)}
     if shown and not quiet:
-        click.echo(facts(shown), err=True)
+        width = width_of(sys.stderr)
+        click.echo(facts({**_times(summary), **shown}, width=width), err=True)
         for note in (*run.notes, *verdict_note(run)):
-            click.echo(note, err=True)
+            click.echo("\n".join(wrapped(note, width)), err=True)
     click.echo(run.path)
+
+
+def _times(summary: Mapping[str, Any]) -> dict[str, dict[str, str]]:
+    """What each phase took, a line each."""
+    spent = summary.get("phases") or {}
+    lines = {name: f"{t['wall_s']:.3g} s, {t.get('cpu_s', 0.0):.3g} s of CPU time" for name, t in spent.items()}
+    return {"phases": lines} if lines else {}
 
 
 def verdict_note(run: Run) -> list[str]:
@@ -208,26 +216,6 @@ def show_estimate(found: Mapping[str, Any], quiet: bool, log_format: str) -> Non
         click.echo(json_text(found))
     elif not quiet:
         script = found.get("job_script")
-        click.echo(facts({key: value for key, value in found.items() if key != "job_script"}))
+        click.echo(facts({spoken(key): value for key, value in found.items() if key != "job_script"}, width=width_of()))
         if script is not None:
             click.echo(f"\n{script}", nl=False)
-
-
-def facts(values: Mapping[str, Any], indent: str = "") -> str:
-    """Lines of names and values, tables below their name."""
-    width = max((len(key) for key in values), default=0)
-    lines: list[str] = []
-    for key, value in values.items():
-        if isinstance(value, Mapping) and value:
-            lines += [f"{indent}{key}", facts(value, indent + "  ")]
-        else:
-            lines.append(f"{indent}{key:<{width}}  {_shown(value)}")
-    return "\n".join(lines)
-
-
-def _shown(value: object) -> str:
-    if isinstance(value, float):
-        return f"{value:.6g}"
-    if isinstance(value, list | tuple | dict):
-        return ", ".join(map(str, value)) or "none"
-    return "-" if value is None else str(value)

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 import knotfem as kf
 from knotfem_cli.common import Verb, at_option, displacement, output_option, shared_options
-
-if TYPE_CHECKING:
-    from knotfem.results.compare import Cell, Figure
+from knotfem_cli.text import width_of
 
 
 @click.command(cls=Verb)
@@ -53,28 +51,8 @@ def compare(
         click.echo(json.dumps({"picture": str(picture), "table": str(table), "figures": figures}))
         return
     if not quiet:
-        _print(labels, found.figures)
+        from knotfem.results.compare_text import comparison_text
+
+        click.echo(comparison_text(labels, found.figures, width_of(sys.stderr)), err=True)
     click.echo(picture)
     click.echo(table)
-
-
-def _print(labels: list[str], figures: list[Figure]) -> None:
-    from rich.console import Console
-    from rich.markup import escape
-    from rich.table import Table
-
-    table = Table("", *labels)
-    for column in table.columns[1:]:
-        column.justify = "right"
-    for figure in figures:
-        unit = f" [{figure.unit}]" if figure.unit in ("mm", "N", "s") else ""
-        table.add_row(escape(figure.name + unit), *(_shown(value, figure.unit) for value in figure.cells))
-    Console(stderr=True).print(table)
-
-
-def _shown(value: Cell, unit: str) -> str:
-    from knotfem.results.compare import RELATIVE
-
-    if not isinstance(value, float):
-        return "-" if value is None else str(value)
-    return f"{100.0 * value:.2f} %" if unit == RELATIVE else f"{value:.4g}"

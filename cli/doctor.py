@@ -6,7 +6,8 @@ import json
 
 import click
 
-from knotfem_cli.common import Verb, facts, shared_options
+from knotfem_cli.common import Verb, shared_options
+from knotfem_cli.text import facts, width_of
 
 
 @click.command(cls=Verb)
@@ -30,4 +31,4 @@ def doctor(overrides: tuple[str, ...], quiet: bool, log_format: str) -> None:
     if log_format == "json":
         click.echo(json.dumps(found))
     elif not quiet:
-        click.echo(facts(found))
+        click.echo(facts(found, width=width_of()))

@@ -6,7 +6,8 @@ import json
 
 import click
 
-from knotfem_cli.common import Verb, facts, shared_options
+from knotfem_cli.common import Verb, shared_options
+from knotfem_cli.text import facts, width_of
 
 
 @click.command(cls=Verb)
@@ -31,4 +32,4 @@ def scenes(overrides: tuple[str, ...], quiet: bool, log_format: str) -> None:
     elif quiet:
         click.echo("\n".join(found))
     else:
-        click.echo(facts({"scenes": found, "centrelines (rods.0.centerline)": knots}))
+        click.echo(facts({"scenes": found, "centrelines (rods.0.centreline)": knots}, width=width_of()))

@@ -18,7 +18,7 @@ from knotfem_cli.common import (
 )
 
 
-@click.command(cls=Verb)
+@click.command(cls=Verb, short_help="Run a scene at every combination of axes: one table.")
 @click.argument("study", metavar="STUDY.toml", type=click.Path(path_type=Path))
 @output_option
 @engine_options

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from knotfem.verify.case import Case, Result
 
 
-@click.command(cls=Verb)
+@click.command(cls=Verb, short_help="Compare this installation with closed-form solutions.")
 @click.option("--only", metavar="NAME", multiple=True, help="A case of the table, or a group of them; repeatable.")
 @click.option("--hard", is_flag=True, help="The hard cases instead of the closed forms; hours.")
 @click.option("--small", is_flag=True, help="With --hard: their small versions; minutes.")

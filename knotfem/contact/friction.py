@@ -126,7 +126,7 @@ class Friction(Term):
         self.load({})
 
     def describe(self) -> str:
-        return f"coefficients {self.coefficients.tolist()}"
+        return f"mu {', '.join(f'{mu:g}' for mu in np.unique(self.coefficients))}"
 
     def couplings(self, nodes: int) -> np.ndarray | None:
         stencils = self.law.stencils(self.contact, self.view)

@@ -32,11 +32,13 @@ class Figure:
         name: what.
         unit: "mm", "N", "s", `RELATIVE` or "".
         cells: one a run.
+        short: name where room is short; "" for the same.
     """
 
     name: str
     unit: str
     cells: Sequence[Cell]
+    short: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,19 +138,19 @@ def _forces(curves: Sequence[ForceCurve], locking: float | None) -> tuple[list[F
     loose = grid <= (np.inf if onset is None else onset)
     ends = [float(curve.at(high)) for curve in curves]
 
-    def difference(name: str, part: np.ndarray) -> Figure:
+    def difference(name: str, part: np.ndarray, short: str) -> Figure:
         cells = [None, *(relative_l2(curve.at(part), first.at(part)) for curve in others)]
-        return Figure(f"{name}, L2 difference", RELATIVE, cells)
+        return Figure(f"{name}, L2 difference", RELATIVE, cells, short)
 
     figures = [
-        Figure("compared from", "mm", [low] * len(curves)),
-        Figure("compared to", "mm", [high] * len(curves)),
-        Figure("force there", "N", ends),
-        Figure("force there, difference", RELATIVE, _relative(ends)),
-        Figure("begins to lock at", "mm", onsets),
-        difference("force curve", grid),
-        difference("force curve before locking", grid[loose]),
-        difference("force curve after locking", grid[~loose]),
+        Figure("compared from", "mm", [low] * len(curves), "from"),
+        Figure("compared to", "mm", [high] * len(curves), "to"),
+        Figure("force there", "N", ends, "F there"),
+        Figure("force there, difference", RELATIVE, _relative(ends), "F diff."),
+        Figure("begins to lock at", "mm", onsets, "locks at"),
+        difference("force curve", grid, "L2 F"),
+        difference("force curve before locking", grid[loose], "L2 before"),
+        difference("force curve after locking", grid[~loose], "L2 after"),
     ]
     return figures, onset
 
@@ -169,27 +171,29 @@ def _common_displacements(curves: Sequence[ForceCurve]) -> tuple[float, float]:
 def _tensions(curves: Sequence[ForceCurve], state: CommonState) -> list[Figure]:
     """Tension profiles and the size of the knot in one state."""
     if state.displacements is not None:
-        where = Figure("tension profile at", "mm", state.displacements)
+        where = Figure("tension profile at", "mm", state.displacements, "T at")
     else:
-        where = Figure("tension profile at the end of", "", [state.step] * len(curves))
+        where = Figure("tension profile at the end of", "", [state.step] * len(curves), "T at end of")
     first, *others = state.profiles
     sizes = [knot_length(c, p) for c, p in zip(curves, state.profiles, strict=True)]
     unit = "T/F" if state.over_force else "T"
+    apart: list[Cell] = [None, *(profiles_apart(p, first) for p in others)]
     return [
         where,
-        Figure("force F there", "N", state.forces),
-        Figure(f"tension {unit}, L2 difference", RELATIVE, [None, *(profiles_apart(p, first) for p in others)]),
-        Figure("knot length", "mm", sizes),
-        Figure("knot length, difference", RELATIVE, _relative(sizes)),
+        Figure("force F there", "N", state.forces, "F there"),
+        Figure(f"tension {unit}, L2 difference", RELATIVE, apart, f"L2 {unit}"),
+        Figure("knot length", "mm", sizes, "knot"),
+        Figure("knot length, difference", RELATIVE, _relative(sizes), "knot diff."),
     ]
 
 
 def _records(runs: Sequence[Run], curves: Sequence[ForceCurve]) -> list[Figure]:
     """What the runs are, and what they took."""
     summaries = [run.summary for run in runs]
+    reached = [float(c.displacement[-1]) if c.displacement.size else None for c in curves]
 
-    def recorded(name: str, key: str) -> Figure:
-        return Figure(name, "", [summary.get(key) for summary in summaries])
+    def recorded(name: str, key: str, short: str = "") -> Figure:
+        return Figure(name, "", [summary.get(key) for summary in summaries], short)
 
     return [
         Figure("model", "", [run.scene.model for run in runs]),
@@ -198,8 +202,8 @@ def _records(runs: Sequence[Run], curves: Sequence[ForceCurve]) -> list[Figure]:
         Figure("wall", "s", [run.cost.wall_s for run in runs]),
         Figure("CPU", "s", [run.cost.cpu_s for run in runs]),
         Figure("knot", "", [_knot_name(run.knot) for run in runs]),
-        recorded("largest penetration over d", "max_penetration_over_d"),
-        Figure("pulled to", "mm", [float(c.displacement[-1]) if c.displacement.size else None for c in curves]),
+        recorded("largest penetration over d", "max_penetration_over_d", "depth/d"),
+        Figure("pulled to", "mm", reached, "pulled"),
     ]
 
 

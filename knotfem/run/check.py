@@ -43,7 +43,7 @@ def check(source: Scene | str | Path, overrides: Overrides = ()) -> dict[str, An
     return {
         "effects": model.describe(),
         "absent": model.absent,
-        "keys of the other model": list(UNUSED[scene.model]),
+        "unused_keys": list(UNUSED[scene.model]),
         "dofs": unknowns,
         "hexes": model.hexes,
         "segments": model.segments,

@@ -5,41 +5,21 @@ from __future__ import annotations
 import json
 import logging
 import math
+import os
 import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import IO, Literal, Protocol
 
+from knotfem.run.step_figures import StepReport, figures
+
 LogFormat = Literal["text", "json"]
-
-
-@dataclass(frozen=True)
-class StepReport:
-    """One accepted step, as progress shows it.
-
-    Attributes:
-        phase: such as "mapping", "relax", "pull".
-        fraction: of the phase that is done, 0 to 1; NaN where nobody knows.
-        time: since the start of the phase [s].
-        displacement: of the driven ends [mm].
-        force: at the driven or loaded end [N].
-        step: size of the step [mm] or, where nothing is driven, [s].
-        contacts: surface points in contact.
-        penetration: deepest one [mm].
-        iterations: of Newton's method.
-    """
-
-    phase: str
-    fraction: float = math.nan
-    time: float = 0.0
-    displacement: float = 0.0
-    force: float = 0.0
-    step: float = 0.0
-    contacts: int = 0
-    penetration: float = 0.0
-    iterations: int = 0
+LINE = 132
+"""Characters in a line where nobody says how many there are."""
+BAR = 8 + 1 + 10 + 1
+"""Characters of a live bar and the name of its phase."""
 
 
 class Progress(Protocol):
@@ -120,7 +100,8 @@ class JsonLines:
     def step(self, report: StepReport) -> None:
         """Write the step with its unit-bearing names."""
         left = self._clock.time_left(report)
-        fields = asdict(report) | {"time_left": left}
+        fields = {name: value for name, value in asdict(report).items() if name not in ("kind", "stretch")}
+        fields["time_left"] = left
         named = {_JSON_NAMES.get(name, name): value for name, value in fields.items()}
         self._write(
             {name: None if isinstance(value, float) and math.isnan(value) else value for name, value in named.items()}
@@ -147,7 +128,9 @@ class Lines:
         """Write the step's figures."""
         left = self._clock.time_left(report)
         done = "" if math.isnan(report.fraction) else f"{100.0 * report.fraction:5.1f} %  "
-        print(f"{report.phase:<8}{done}{_left(left)}{figures(report)}", file=self._stream, flush=True)
+        head = f"{report.phase:<8} {done}{_left(left)}"
+        width = int(os.environ["COLUMNS"]) if os.environ.get("COLUMNS", "").isdecimal() else LINE
+        print(head + figures(report, width - len(head)), file=self._stream, flush=True)
 
     def close(self) -> None:
         """Do nothing."""
@@ -187,7 +170,7 @@ class LiveBar:
             self._task,
             total=1.0 if known else None,
             completed=report.fraction if known else 0.0,
-            figures=_left(left) + figures(report),
+            figures=_left(left) + figures(report, self._bar.console.width - BAR - len(_left(left))),
         )
 
     def close(self) -> None:
@@ -250,14 +233,6 @@ def in_notebook() -> bool:
     shell = sys.modules.get("IPython")
     instance = shell.get_ipython() if shell is not None else None
     return type(instance).__name__ == "ZMQInteractiveShell"
-
-
-def figures(report: StepReport) -> str:
-    """The step's figures with their units."""
-    return (
-        f"{report.displacement:.2f} mm  {report.force:.4f} N  step {report.step:.2g}  {report.contacts} contacts"
-        f"  {report.penetration:.3f} mm deep  {report.iterations} iterations  {report.time:.3g} s"
-    )
 
 
 class _Clock:

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from knotfem.models.base import Increment
-from knotfem.run.progress import StepReport
 from knotfem.run.simulation import TimeStepDone
-from knotfem.scene.steps import Pull
+from knotfem.run.step_figures import StepReport
+from knotfem.scene.steps import Pull, Relax, Step
 
 
 def report_of(event: Increment | TimeStepDone) -> StepReport:
     """What progress shows of an event."""
     if isinstance(event, Increment):
-        return StepReport("mapping", event.mapping_time, event.mapping_time, iterations=event.iterations)
+        stretch = float(event.stretch.min()), float(event.stretch.max())
+        done = event.mapping_time
+        return StepReport("mapping", done, done, iterations=event.iterations, kind="mapping", stretch=stretch)
     figures, accepted = event.figures, event.accepted
+    kinds: dict[type[Step], Literal["relax", "pull"]] = {Relax: "relax", Pull: "pull"}
     size = accepted.advance * (event.step.nominal_speed if isinstance(event.step, Pull) else 1.0)
     return StepReport(
         event.step.name,
@@ -24,4 +29,5 @@ def report_of(event: Increment | TimeStepDone) -> StepReport:
         figures.contacts,
         figures.penetration,
         accepted.solution.iterations,
+        kinds.get(type(event.step), "load"),
     )

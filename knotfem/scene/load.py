@@ -12,12 +12,12 @@ from typing import Any
 from pydantic import ValidationError
 
 from knotfem import shipped
-from knotfem.errors import OVERRIDES, InputError, cannot_read
+from knotfem.errors import OVERRIDES, InputError, SeveralErrors, cannot_read
 from knotfem.files import check_regular
 from knotfem.scene.effects import Cylinder
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import Rod, is_curve_file
-from knotfem.scene.table import input_error
+from knotfem.scene.table import input_errors
 
 _ALTERNATIVES = {"section": "section_elements", "section_elements": "section"}
 """Keys of a rod's mesh of which only one may be given."""
@@ -41,7 +41,7 @@ def load_scene(source: str | Path | Scene, overrides: Overrides = (), folder: Pa
         folder: where relative paths in overrides start; the working directory by default.
 
     Raises:
-        InputError: no such scene, broken TOML, or the first key that is wrong.
+        InputError: no such scene, broken TOML, or keys that are wrong, all of them.
     """
     if isinstance(source, Scene) and not overrides:
         return source
@@ -55,7 +55,8 @@ def load_scene(source: str | Path | Scene, overrides: Overrides = (), folder: Pa
     try:
         return Scene.model_validate(tables)
     except ValidationError as error:
-        raise _locate(input_error(error, tables), path, places) from None
+        found = [_locate(one, path, places) for one in input_errors(error, tables)]
+        raise (found[0] if len(found) == 1 else SeveralErrors(found)) from None
 
 
 def _tables_of(source: str | Path | Scene) -> tuple[dict[str, Any], Path]:

@@ -5,10 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from os import PathLike
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, ValidationError, model_validator
-from pydantic_core import ErrorDetails, PydanticCustomError
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    ModelWrapValidatorHandler,
+    Strict,
+    ValidationError,
+    model_validator,
+)
+from pydantic.fields import FieldInfo
+from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
 from knotfem.errors import InputError
 from knotfem.names import suggestion
@@ -20,23 +30,51 @@ class Table(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    @model_validator(mode="before")
+    @model_validator(mode="wrap")
     @classmethod
-    def _check_keys(cls, data: Any) -> Any:
+    def _check_keys(cls, data: Any, validate: ModelWrapValidatorHandler[Self]) -> Self:
+        """All unknown and missing keys, besides what is wrong with those that are there."""
         if not isinstance(data, Mapping):
-            return data
-        for key in data:
-            if key not in cls.model_fields:
-                raise refusal("unknown key", at=str(key), expected=suggestion(str(key), list(cls.model_fields)))
-        for key, field in cls.model_fields.items():
-            if field.is_required() and key not in data:
-                quantities = [entry for entry in field.metadata if isinstance(entry, Quantity)]
-                raise refusal("missing key", at=key, expected=quantities[0].expected if quantities else "a value")
-        return data
+            return validate(data)
+        known = {key: value for key, value in data.items() if key in cls.model_fields}
+        missing = [key for key, field in cls.model_fields.items() if field.is_required() and key not in data]
+        problems = [
+            refusal("unknown key", at=str(key), expected=suggestion(str(key), list(cls.model_fields)))
+            for key in data
+            if key not in known
+        ]
+        problems += [refusal("missing key", at=key, expected=_expected(cls.model_fields[key])) for key in missing]
+        if not problems:
+            return validate(data)
+        lines = [InitErrorDetails(type=problem, loc=(), input=data) for problem in problems]
+        try:
+            validate(known)
+        except ValidationError as error:
+            lines += [
+                _again(detail) for detail in error.errors() if detail["loc"][-1:] not in [(key,) for key in missing]
+            ]
+        raise ValidationError.from_exception_data(cls.__name__, lines)
+
+
+def _expected(field: FieldInfo) -> str:
+    quantities = [entry for entry in field.metadata if isinstance(entry, Quantity)]
+    return quantities[0].expected if quantities else "a value"
+
+
+def _again(detail: ErrorDetails) -> InitErrorDetails:
+    """A problem that was found, to be raised among others."""
+    kind: Any = detail["type"]
+    if kind in OWN:
+        kind = PydanticCustomError(kind, "{problem}", detail.get("ctx"))
+    return InitErrorDetails(type=kind, loc=detail["loc"], input=detail["input"], ctx=detail.get("ctx", {}))
+
+
+OWN = ("refusal", "quantity")
+"""Types of the errors that this package raises."""
 
 
 def refusal(problem: str, *, at: str = "", found: str | None = None, expected: str = "") -> PydanticCustomError:
-    """What a validator raises; `read` turns it into the one message for the user.
+    """What a validator raises; `input_errors` turns it into the one message for the user.
 
     Args:
         problem: what is wrong.
@@ -59,22 +97,6 @@ def known_name(name: str, known: list[str], what: str, *, at: str) -> None:
         raise refusal(f"no {what} has this name", at=at, found=f'"{name}"', expected=suggestion(name, known))
 
 
-def input_error(error: ValidationError, data: object) -> InputError:
-    """The first problem that pydantic found, as the one message for the user.
-
-    Args:
-        error: what pydantic raised.
-        data: the tables that were validated.
-    """
-    first, *rest = error.errors(include_url=False)
-    key = _key(first, data)
-    problem, expected = _explain(first)
-    others = sorted({other for other in (_key(detail, data) for detail in rest) if not key.startswith(other)})
-    if others:
-        problem += f" (wrong too: {', '.join(others)})"
-    return InputError(problem, key=key or None, found=_found(first), expected=expected)
-
-
 def input_errors(error: ValidationError, data: object, *, file: str | PathLike[str] | None = None) -> list[InputError]:
     """All problems that pydantic found, a message for each key.
 
@@ -84,7 +106,12 @@ def input_errors(error: ValidationError, data: object, *, file: str | PathLike[s
         file: that they are from.
     """
     found: dict[str, InputError] = {}
-    for detail in error.errors(include_url=False):
+    details = error.errors(include_url=False)
+    places = [detail["loc"] for detail in details]
+    for detail in details:
+        inside = (place[: len(detail["loc"])] == detail["loc"] and place != detail["loc"] for place in places)
+        if detail["type"] == "too_short" and any(inside):
+            continue  # entries that are wrong are not counted
         key, (problem, expected) = _key(detail, data), _explain(detail)
         place = None if file is None else str(file)
         said = InputError(problem, file=place, key=key or None, found=_found(detail), expected=expected)

@@ -96,8 +96,8 @@ def _errors(study: ConvergenceStudy) -> RenderableType:
     table = _table(
         f"{study.scene.name}: errors in % against the reference",
         ("", "level", "setting"),
-        (*(SHORT[name] for name in names), f"own {SHORT[study.main]}", "trusted", "CPU"),
-        f"* on the Pareto front of CPU seconds and {LABELS[study.main]}",
+        (*(SHORT[name] for name in names), f"own {SHORT[study.main]}", "bound", "CPU"),
+        f"* on the Pareto front of CPU seconds and {LABELS[study.main]}; bound: the largest error of all finer levels",
     )
     front = {entry.level.name for entry in study.front}
     for entry in study.measured:

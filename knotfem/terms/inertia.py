@@ -113,6 +113,9 @@ class NumericalDrag(Drag):
 
     name, role = "numerical_drag", Role.NUMERICAL
 
+    def describe(self) -> str:
+        return "in quasi-static steps, as little as the balance of forces allows"
+
     @property
     def _now(self) -> float:
         return self.rate

@@ -11,6 +11,7 @@ from click.testing import CliRunner, Result
 from stored_runs import pulled
 
 import knotfem.api
+from knotfem.results.compare import Cell, Figure
 from knotfem.results.run import Run
 from knotfem.run.directory import RunDirectory
 from knotfem.scene import load_scene
@@ -37,15 +38,15 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     def compare(*runs: Run, locking: float | None, at: float | None, step: str | None) -> SimpleNamespace:
         made.append(([str(run.path) for run in runs], locking, at, step))
         figures = [
-            SimpleNamespace(name="force there", unit="N", cells=[1.5, 2.0]),
-            SimpleNamespace(name="force there, difference", unit="share", cells=[None, 0.25]),
-            SimpleNamespace(name="model", unit="", cells=["fem", "rod"]),
+            Figure("force there", "N", [1.5, 2.0]),
+            Figure("force there, difference", "share", [None, 0.25]),
+            Figure("model", "", ["fem", "rod"]),
         ]
         labels = [SimpleNamespace(label=run.name) for run in runs]
         return SimpleNamespace(curves=labels, figures=figures, write=lambda out: out.with_suffix(".csv"))
 
     module = ModuleType("knotfem.results.compare")
-    vars(module).update(compare=compare, RELATIVE="share")
+    vars(module).update(compare=compare, RELATIVE="share", Figure=Figure, Cell=Cell)
     monkeypatch.setitem(sys.modules, module.__name__, module)
     return made
 

@@ -52,7 +52,8 @@ def test_a_terminal_that_has_closed_does_not_end_a_run(kind: type[io.StringIO], 
     assert isinstance(told.inner, Silent)
 
 
-def test_a_line_a_step(clock: list[float]) -> None:
+def test_a_line_a_step(clock: list[float], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("COLUMNS", raising=False)
     stream = io.StringIO()
     lines = make_progress(stream=stream)
     lines.message("hello")
@@ -63,8 +64,8 @@ def test_a_line_a_step(clock: list[float]) -> None:
     hello, first, second = stream.getvalue().splitlines()
     assert hello == "hello"
     assert "left" not in first
-    expected = "25.0 %  0:30 left  24.75 mm  0.1234 N  step 0.5  140 contacts  0.034 mm deep  5 iterations  6.2 s"
-    assert second == f"pull     {expected}"
+    expected = "25.0 %  0:30 left  24.75 mm  0.1234 N  140 contacts  0.034 mm deep  5 iterations"
+    assert second == f"pull      {expected}  step 0.5 mm  simulated 6.2 s"
 
 
 def test_time_left_starts_with_each_phase(clock: list[float]) -> None:

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from knotfem import shipped
-from knotfem.errors import InputError
+from knotfem.errors import InputError, SeveralErrors
 from knotfem.geometry.readers import NURBS_SUFFIXES, READERS
 from knotfem.models.centreline import centrelines_of
 from knotfem.scene import Scene, load_scene, scene_to_toml
@@ -299,7 +299,7 @@ def test_refuses_naming_the_file(scene_file: Path) -> None:
 
 def test_says_what_else_is_wrong(scene_file: Path) -> None:
     scene_file.write_text(MINIMAL.replace('"6 mm"', "6").replace('"2 mm"', "2"))
-    assert "wrong too: rods.0.mesh.element_length" in str(refused(scene_file))
+    assert "rods.0.mesh.element_length: a bare number" in str(refused(scene_file)).splitlines()[1]
 
 
 @pytest.mark.parametrize("override", ["gravity", "=3", "a..b=1", ""])
@@ -425,3 +425,27 @@ def test_a_byte_order_mark_is_no_statement(tmp_path: Path) -> None:
     path = tmp_path / "marked.toml"
     path.write_bytes(b"\xef\xbb\xbf" + shipped.scene_path("overhand").read_bytes())
     assert load_scene(path).rods == load_scene("overhand").rods
+
+
+def test_all_that_is_wrong_is_said_at_once(tmp_path):
+    file = tmp_path / "bad.toml"
+    file.write_text(
+        '[[rods]]\ncentreline="overhand"\ndiametre="6 mm"\n[rods.material]\nyoungs_modulus="1.4"\n'
+        '[rods.mesh]\nsection_elements=2\n[contact]\nfriction=-1.0\n[[steps]]\nkind="pull"\n[[steps]]\nkind="tug"\n'
+    )
+    with pytest.raises(SeveralErrors) as caught:
+        load_scene(file)
+    found = {error.key: error.problem for error in caught.value.errors}
+    assert found == {
+        "rods.0.diametre": "unknown key",
+        "rods.0.length": "missing key",
+        "rods.0.diameter": "missing key",
+        "rods.0.material.density": "missing key",
+        "rods.0.material.youngs_modulus": "a bare number, its unit is missing",
+        "rods.0.mesh.element_length": "missing key",
+        "rods.0.mesh.section_elements": "wrong value",
+        "contact.friction": "wrong value",
+        "steps.0.displacement": "missing key",
+        "steps.1.kind": "unknown choice",
+    }
+    assert str(caught.value).count("\n") == len(found) - 1
