@@ -50,14 +50,18 @@ def check(
 
 def _in_words(found: Mapping[str, Any]) -> dict[str, Any]:
     """What `knotfem.check` has found, for a reader."""
-    said: dict[str, Any] = {
-        "effects that act": {spoken(name): text for name, text in found["effects"].items()},
-        "effects that do not": {spoken(name): why for name, why in found["absent"].items()},
-        "keys without effect in this model": found["unused_keys"],
-        "slices": {rod: _slices(**of_it) for rod, of_it in found["slices"].items()},
+    tables = {
+        "effects": ("effects that act", _spoken_names),
+        "absent": ("effects that do not", _spoken_names),
+        "unused_keys": ("keys without effect in this model", list),
+        "slices": ("slices", lambda rods: {rod: _slices(**of_it) for rod, of_it in rods.items()}),
     }
-    rest = {name: value for name, value in found.items() if name not in ("effects", "absent", "unused_keys", "slices")}
-    return said | {spoken(name): value for name, value in rest.items() if value != 0}
+    said = {name: in_words(found[key]) for key, (name, in_words) in tables.items() if key in found}
+    return said | {spoken(name): value for name, value in found.items() if name not in tables and value != 0}
+
+
+def _spoken_names(values: Mapping[str, str]) -> dict[str, str]:
+    return {spoken(name): text for name, text in values.items()}
 
 
 def _slices(number: int, shortest_mm: float, longest_mm: float) -> str:

@@ -86,7 +86,7 @@ def test_tie(calls: Calls) -> None:
     assert run.path == Path("runs/bowline-1")
     assert load_scene(run.scene_file) == scene
     assert "run directory runs/bowline-1" in result.stderr
-    assert "wall_s  1.5" in result.stderr
+    assert "mapping  1.5 s" in result.stderr
 
 
 @pytest.mark.parametrize("key", ["centerline", "centreline"])
@@ -224,7 +224,9 @@ def test_check(stand_in: Callable[..., None]) -> None:
     result = call("check", "bowline", "--set", "contact.friction=0.2")
     assert result.exit_code == 0
     assert "\nfriction = 0.2\n" in result.stdout
-    assert "\neffects\n  gravity  absent\nwarnings  none\ntime      0.125\nknot      -\n" in result.stdout
+    names, values = ("degrees of freedom", "warnings", "time", "knot"), ("12", "none", "0.125", "-")
+    facts = "".join(f"{name:<18}  {value}\n" for name, value in zip(names, values, strict=True))
+    assert f"\neffects that act\n  gravity  absent\n{facts}" in result.stdout
     assert call("check", "bowline", "--quiet").output == ""
     assert json.loads(call("check", "bowline", "--log-format", "json").stdout)["dofs"] == 12
     assert call("check", "bowline", "--set", "contact.friction=-1").exit_code == 3
