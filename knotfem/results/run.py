@@ -136,8 +136,9 @@ class Run(RunData):
 
     @property
     def notes(self) -> list[str]:
-        """What a reader of the forces should know, in words: where they are not of equilibria, or not known well."""
-        return [*unrest_notes(self), *tolerance_notes(self)]
+        """What a reader should know, in words: what happened; where forces are not of equilibria, or not known well."""
+        happened = [remark["said"] for remark in self.summary.get("remarks", ())]
+        return [*happened, *unrest_notes(self), *tolerance_notes(self)]
 
     @property
     def energy(self) -> EnergyCurve:

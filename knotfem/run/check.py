@@ -9,6 +9,7 @@ from knotfem.models.base import Model
 from knotfem.models.build import build_model
 from knotfem.models.described import deforming
 from knotfem.run.expected import expected_memory_mb, expected_seconds, refuse_too_large
+from knotfem.run.monitor import KnotMonitor
 from knotfem.run.source import source_rods
 from knotfem.scene.load import Overrides, load_scene
 from knotfem.scene.model import Scene
@@ -27,7 +28,7 @@ UNUSED = {
 
 
 def check(source: Scene | str | Path, overrides: Overrides = ()) -> dict[str, Any]:
-    """Effects that will run and those that will not, size, expected memory and time.
+    """Knots that are to be tied, effects that will run and those that will not, size, expected memory and time.
 
     Args:
         source: a scene, as for `load_scene`.
@@ -40,7 +41,9 @@ def check(source: Scene | str | Path, overrides: Overrides = ()) -> dict[str, An
     refuse_too_large(scene)
     model = build_model(scene, source=source_rods(scene))
     unknowns = model.dofs
+    knots = KnotMonitor(model).knots_along([target.points for target in model.targets])
     return {
+        "knots": {rod: knot["said"] for rod, knot in knots.items()},
         "effects": model.describe(),
         "absent": model.absent,
         "unused_keys": list(UNUSED[scene.model]),

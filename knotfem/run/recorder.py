@@ -181,6 +181,7 @@ class Recorder:
         if self.simulation.knots_before is not None:
             self.summary.knots(self.simulation.knots_before, self.simulation.knots())
         self.summary.figures.update(self.simulation.verdict())
+        self.summary.figures["remarks"] = self.simulation.remarks.figures()
         if self._series is not None:
             self._series.close()
         return self.summary.finished(self.simulation.balance.energies)

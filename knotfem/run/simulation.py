@@ -18,7 +18,8 @@ from knotfem.models.newton import newton_of
 from knotfem.models.rod.initial import SourceRod
 from knotfem.run.expected import refuse_too_large
 from knotfem.run.jumps import Jump, JumpWatch
-from knotfem.run.monitor import KnotMonitor, Knots
+from knotfem.run.monitor import KnotMonitor, Knots, of_checkpoint
+from knotfem.run.remarks import Remarks
 from knotfem.run.schedule import Rest, schedule_of
 from knotfem.run.verdict_watch import VerdictWatch
 from knotfem.scene.model import Scene
@@ -175,6 +176,7 @@ class Simulation:
         paths: mapping of each rod, once it has begun.
         system: equations of the scene's step that is under way, or None.
         linear_solver: name of the one that is used.
+        remarks: what a user should know of the run.
     """
 
     def __init__(
@@ -211,6 +213,7 @@ class Simulation:
         self._underway: Underway | None = None
         self._displaced = self._reached = 0.0
         self.system: System | None = None
+        self.remarks = Remarks(notify)
 
     def start_at(self, state: State) -> None:
         """Take the steps of the scene from this state, without a mapping.
@@ -386,19 +389,18 @@ class Simulation:
         return {} if self.watch is None else self.watch.figures(self.state.x)
 
     def _lost(self, step: Step) -> bool:
-        """Whether a knot has come undone: an error in a step that must hold, of interest besides in a release."""
-        watched = self.scene.contact.enabled and (step.must_hold or isinstance(step, Release))
-        if self.knots_before is None or not watched:
+        """Whether a knot has come undone: an error in a step that must hold, said otherwise."""
+        if self.knots_before is None or not self.scene.contact.enabled:
             return False
-        message = self.monitor.lost(self.knots_before, self.knots())
-        if not message:
-            return False
-        if self.watch is not None:
+        message = self.monitor.lost(self.knots_before, self.state.x)
+        if message and self.watch is not None:
             self.watch.note_lost(message, step, self.state.time)
-        if step.must_hold:
+        if message and step.must_hold:
             raise KnotLost(f"{step.name}: {message}")
-        self.notify(f"{step.name}: {message}")
-        return True
+        if not step.must_hold:
+            for said in self.monitor.gone(self.knots_before, self.state.x):
+                self.remarks.tell(said, said, step, self.state.time, self._reached)
+        return bool(message)
 
     def checkpoint(self) -> dict[str, Any]:
         """All that is needed to go on to the same bits."""
@@ -413,6 +415,7 @@ class Simulation:
             "next_step": self.next_step,
             "displaced": (self._displaced, self._reached),
             "verdict": None if self.watch is None else self.watch.state(),
+            "remarks": self.remarks.kept,
         }
 
     @property
@@ -422,8 +425,9 @@ class Simulation:
 
     def restore(self, state: dict[str, Any]) -> None:
         """Go on from a checkpoint."""
-        self.knots_before, self.next_step = state["knots_before"], int(state["next_step"])
+        self.knots_before, self.next_step = of_checkpoint(state["knots_before"]), int(state["next_step"])
         self._displaced, self._reached = state.get("displaced", (0.0, 0.0))
+        self.remarks.kept = {**state.get("remarks", {})}
         if state.get("started_at") is not None:
             self._watch_from(state["started_at"])
         now = _restored(state["now"])

@@ -62,6 +62,7 @@ class Summary:
             "settling": {step.name: step.way for step in model.scene.tying_steps},
             "knot_before": None,
             "knot_after": None,
+            "remarks": [],
             "verdict": None,
             "verdict_evidence": None,
             "failure_mode": None,
@@ -143,7 +144,7 @@ class Summary:
         """Knots before the first and after the last step."""
         one = len(after) == 1
         for key, value in (("knot_before", before), ("knot_after", after)):
-            self.figures[key] = next(iter(value.values()))["name"] if one and value else value
+            self.figures[key] = next(iter(value.values()))["said"] if one and value else value
             self.figures[f"{key}_details"] = value
 
     def finished(self, energies: Energies) -> dict[str, Any]:

@@ -197,7 +197,7 @@ class VerdictWatch:
         self._named = x
         found = ties.undone(self._before, self._reader.read(self.model.centrelines(x)))
         if not found and len(self.model.rods) > 1:
-            found = self._monitor.lost(self.knots, self._monitor.knots(x))
+            found = self._monitor.lost(self.knots, x)
         return found
 
     def _came_off(self) -> bool:

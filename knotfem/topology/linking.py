@@ -33,11 +33,35 @@ def winding_angle(points: ArrayLike, point: ArrayLike, axis: ArrayLike) -> float
     Raises:
         InputError: points that `as_points` refuses, or an axis of length zero.
     """
+    return float(_turns_of_edges(points, point, axis).sum())
+
+
+def winding_range(points: ArrayLike, point: ArrayLike, axis: ArrayLike) -> float:
+    """Largest angle by which a part of a polyline turns about an axis, in either direction.
+
+    Where a rod winds back as far as it wound, as in a cow hitch, the angle of the whole is zero, this one is not.
+
+    Args:
+        points: shape (n, 3).
+        point: any point of the axis, shape (3,).
+        axis: its direction, shape (3,), of any length.
+
+    Returns:
+        rad; 2 pi for one full turn.
+
+    Raises:
+        InputError: points that `as_points` refuses, or an axis of length zero.
+    """
+    return float(np.ptp(np.concatenate([[0.0], np.cumsum(_turns_of_edges(points, point, axis))])))
+
+
+def _turns_of_edges(points: ArrayLike, point: ArrayLike, axis: ArrayLike) -> Array:
+    """Angle by which each edge turns about an axis, right-handed [rad], shape (n - 1,)."""
     along = unit(axis)
     across = as_points(points) - np.asarray(point, dtype=np.float64)
     across = across - np.outer(across @ along, along)
     sine = np.cross(across[:-1], across[1:]) @ along
-    return float(np.arctan2(sine, (across[:-1] * across[1:]).sum(axis=1)).sum())
+    return np.arctan2(sine, (across[:-1] * across[1:]).sum(axis=1))
 
 
 def linking_number(points: ArrayLike, point: ArrayLike, axis: ArrayLike) -> int:

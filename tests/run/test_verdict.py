@@ -87,7 +87,7 @@ def test_a_rod_over_a_cylinder_slips():
     run = kf.pull("capstan", {"model": "rod", "output.fields": False, **changed}, progress=False)
     assert (run.verdict, run.failure_mode) == ("slips", "wrapping")
     assert run.verdict_evidence["fraction_of_last_displacement"] > 0.9
-    assert run.summary["knot_after"] == "unknot"
+    assert run.summary["knot_after"].startswith("hitch round cylinder (")
 
 
 def test_without_a_free_end_there_is_no_verdict():

@@ -1,11 +1,12 @@
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from knotfem.geometry.frames import tangents
-from knotfem.topology.linking import Ends, LinkType, link_type, linking_number, winding_angle
+from knotfem.topology.linking import Ends, LinkType, link_type, linking_number, winding_angle, winding_range
 
 Array = NDArray[np.float64]
 X, Y, Z = np.eye(3)
@@ -95,3 +96,18 @@ def test_linking_numbers_of_shipped_curves(shipped: Callable[[str], Array], name
     assert linking_number(x, [0, 0, 0], [0, 1, 0]) == number
     assert linking_number(x[::-1], [0, 0, 0], [0, 1, 0]) == -number
     assert linking_number(x * [1, 1, -1], [0, 0, 0], [0, 1, 0]) == -number
+
+
+def test_the_range_of_winding_counts_turns_that_are_taken_back() -> None:
+    """As those of a cow hitch; turns that go on count as the winding angle does."""
+
+    def coil(*angles: float) -> Array:
+        a = np.concatenate([np.linspace(p, q, 60)[1:] for p, q in pairwise(angles)])
+        return np.column_stack([np.cos(a), np.sin(a), 0.01 * np.arange(len(a))])
+
+    for turns in (0.3, -1.7):
+        x = coil(0.0, 2.0 * np.pi * turns)
+        assert winding_range(x, np.zeros(3), Z) == pytest.approx(abs(winding_angle(x, np.zeros(3), Z)))
+    there_and_back = coil(0.0, 7.0, 0.0)
+    assert linking_number(there_and_back, np.zeros(3), Z) == 0
+    assert winding_range(there_and_back, np.zeros(3), Z) == pytest.approx(7.0, abs=0.15)
