@@ -12,6 +12,7 @@ import numpy as np
 from knotfem.contact.report import ContactReport
 from knotfem.errors import InputError
 from knotfem.models.centreline import Centreline
+from knotfem.models.limits import Reach
 from knotfem.models.material import Material
 from knotfem.models.series import Fields, SeriesMesh
 from knotfem.scene.model import Scene
@@ -279,6 +280,15 @@ class Model(ABC):
 
     def twist_profile(self, x: np.ndarray, time: float, displacement: float) -> Iterable[Row]:
         """Rows of twist.csv: a row for each node of every discrete rod."""
+        return ()
+
+    def reaches(self, x: np.ndarray, penetration: float) -> Sequence[Reach]:
+        """How far a state has come towards the limits of the model; nothing where it has none that are known.
+
+        Args:
+            x: unknowns, shape [nodes, width].
+            penetration: deepest [mm].
+        """
         return ()
 
     def smallest_j(self) -> float:

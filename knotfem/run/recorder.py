@@ -182,6 +182,7 @@ class Recorder:
             self.summary.knots(self.simulation.knots_before, self.simulation.knots())
         self.summary.figures.update(self.simulation.verdict())
         self.summary.figures["remarks"] = self.simulation.remarks.figures()
+        self.summary.figures["validity"] = self.simulation.validity()
         if self._series is not None:
             self._series.close()
         return self.summary.finished(self.simulation.balance.energies)

@@ -27,7 +27,7 @@ class Remarks:
 
         Args:
             about: tells one remark from another.
-            said: in words.
+            said: in words, with {when} for the displacement, or the time in steps that pull nothing.
             step: of the scene.
             time: [s].
             displacement: of the reported end [mm].
@@ -35,7 +35,7 @@ class Remarks:
         if about in self.kept:
             return
         when = f"{displacement:.4g} mm" if isinstance(step, Pull) else f"{time:.4g} s"
-        sentence = f"{step.name}: {said} at {when}"
+        sentence = f"{step.name}: {said.replace('{when}', when)}"
         self.kept[about] = {"said": sentence, "step": step.name, "time_s": time, "displacement_mm": displacement}
         self._notify(sentence)
 

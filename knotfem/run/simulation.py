@@ -177,6 +177,7 @@ class Simulation:
         system: equations of the scene's step that is under way, or None.
         linear_solver: name of the one that is used.
         remarks: what a user should know of the run.
+        measures: largest ones of all states, see `Model.reaches`, by name.
     """
 
     def __init__(
@@ -214,6 +215,7 @@ class Simulation:
         self._displaced = self._reached = 0.0
         self.system: System | None = None
         self.remarks = Remarks(notify)
+        self.measures: dict[str, float] = {}
 
     def start_at(self, state: State) -> None:
         """Take the steps of the scene from this state, without a mapping.
@@ -320,6 +322,8 @@ class Simulation:
             equilibrium = schedule.in_equilibrium(accepted, figures)
             self._judge(step, settled=equilibrium, at_rest=resting or (last and equilibrium), output=accepted.at_output)
             last = last or self.decided
+            if last or (accepted.at_output and not isinstance(step, Relax)):
+                self._look_at_limits(step, figures)
             yield TimeStepDone(
                 step,
                 accepted,
@@ -344,6 +348,23 @@ class Simulation:
                 self.interrupt()
         if step.real and isinstance(step, Relax):
             raise NotConverged(f"not at rest after {step.longest:g} s")
+
+    def _look_at_limits(self, step: Step, figures: StepFigures) -> None:
+        """Say where the present state is beyond the limits of the model, each once, and keep how far it has come."""
+        for reach in self.model.reaches(self.state.x, figures.penetration):
+            self.measures[reach.name] = max(reach.value, self.measures.get(reach.name, 0.0))
+            if reach.exceeded:
+                said = f"beyond the limits of the {self.scene.model} model from {{when}} on: {reach.meaning}"
+                self.remarks.tell(reach.name, said, step, self.state.time, self._reached)
+
+    def validity(self) -> dict[str, dict[str, Any]]:
+        """Largest measures of all states so far against their limits, for the summary."""
+        present = {reach.name: reach.limit for reach in self.model.reaches(self.state.x, 0.0)}
+        return {
+            name: {"largest": value, "limit": present[name], "exceeded": value > present[name]}
+            for name, value in self.measures.items()
+            if name in present
+        }
 
     @property
     def _balance_anew(self) -> bool:
@@ -399,7 +420,7 @@ class Simulation:
             raise KnotLost(f"{step.name}: {message}")
         if not step.must_hold:
             for said in self.monitor.gone(self.knots_before, self.state.x):
-                self.remarks.tell(said, said, step, self.state.time, self._reached)
+                self.remarks.tell(said, f"{said} at {{when}}", step, self.state.time, self._reached)
         return bool(message)
 
     def checkpoint(self) -> dict[str, Any]:
@@ -416,6 +437,7 @@ class Simulation:
             "displaced": (self._displaced, self._reached),
             "verdict": None if self.watch is None else self.watch.state(),
             "remarks": self.remarks.kept,
+            "measures": self.measures,
         }
 
     @property
@@ -427,7 +449,7 @@ class Simulation:
         """Go on from a checkpoint."""
         self.knots_before, self.next_step = of_checkpoint(state["knots_before"]), int(state["next_step"])
         self._displaced, self._reached = state.get("displaced", (0.0, 0.0))
-        self.remarks.kept = {**state.get("remarks", {})}
+        self.remarks.kept, self.measures = {**state.get("remarks", {})}, {**state.get("measures", {})}
         if state.get("started_at") is not None:
             self._watch_from(state["started_at"])
         now = _restored(state["now"])

@@ -63,6 +63,7 @@ class Summary:
             "knot_before": None,
             "knot_after": None,
             "remarks": [],
+            "validity": {},
             "verdict": None,
             "verdict_evidence": None,
             "failure_mode": None,

@@ -61,7 +61,7 @@ def _turns_of_edges(points: ArrayLike, point: ArrayLike, axis: ArrayLike) -> Arr
     across = as_points(points) - np.asarray(point, dtype=np.float64)
     across = across - np.outer(across @ along, along)
     sine = np.cross(across[:-1], across[1:]) @ along
-    return np.arctan2(sine, (across[:-1] * across[1:]).sum(axis=1))
+    return np.asarray(np.arctan2(sine, (across[:-1] * across[1:]).sum(axis=1)), dtype=np.float64)
 
 
 def linking_number(points: ArrayLike, point: ArrayLike, axis: ArrayLike) -> int:

@@ -103,7 +103,7 @@ def test_the_range_of_winding_counts_turns_that_are_taken_back() -> None:
 
     def coil(*angles: float) -> Array:
         a = np.concatenate([np.linspace(p, q, 60)[1:] for p, q in pairwise(angles)])
-        return np.column_stack([np.cos(a), np.sin(a), 0.01 * np.arange(len(a))])
+        return np.asarray(np.column_stack([np.cos(a), np.sin(a), 0.01 * np.arange(len(a))]), dtype=np.float64)
 
     for turns in (0.3, -1.7):
         x = coil(0.0, 2.0 * np.pi * turns)

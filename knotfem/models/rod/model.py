@@ -23,9 +23,11 @@ from knotfem.models.conditions import conditions_of, make_scheme
 from knotfem.models.described import described
 from knotfem.models.effects import absent_effects, idle_effects
 from knotfem.models.ends import ends_of
+from knotfem.models.limits import Reach
 from knotfem.models.rod.build import coarse, make_rods
 from knotfem.models.rod.fields import tube_fields, tube_mesh
 from knotfem.models.rod.initial import EndFrame, SourceRod, initial_rods
+from knotfem.models.rod.limits import reaches
 from knotfem.models.rod.profile import profile_rows, twist_rows
 from knotfem.models.series import Fields, SeriesMesh
 from knotfem.models.shared_terms import obstacles_of, viscous_drag
@@ -158,6 +160,9 @@ class RodModel(Model):
     def axis_nodes(self, rod: int) -> np.ndarray:
         nodes = self.discrete.layout.of(rod)
         return np.arange(nodes.start, nodes.stop)
+
+    def reaches(self, x: np.ndarray, penetration: float) -> Sequence[Reach]:
+        return reaches(self.scene, self.centrelines(x), penetration)
 
     def clamp_couples(self, x: np.ndarray) -> np.ndarray:
         return self.discrete.clamp_couples(x)
