@@ -41,13 +41,13 @@ def without_twins(curve: Polyline) -> tuple[Polyline, list[str]]:
     """A curve without points that stand twice, and a warning that names them."""
     kept, twins = [0], []
     smallest = TWIN * curve.median_chord
+    if not (curve.chords <= smallest).any():
+        return curve, []
     for row in range(1, len(curve)):
         if np.linalg.norm(curve.points[row] - curve.points[kept[-1]]) <= smallest:
             twins.append(curve.named(kept[-1], row))
         else:
             kept.append(row)
-    if not twins:
-        return curve, []
     said = f"{_listed(twins)} are the same; the second {'one is' if len(twins) == 1 else 'ones are'} left out"
     return curve.taken(np.array(kept)), [said]
 

@@ -77,7 +77,7 @@ def check_centreline(
         obstacles: that the rod must not overlap.
         unsmoothed: vertices before smoothing, scaled to the same length, shape (m, 3), mm. Overlaps are judged after
             smoothing. Whether the smoothing has changed the knot is checked by
-            `knotfem.topology.knot_type.check_smoothing`.
+            `knotfem.topology.closures.check_smoothing`.
         scatter: of the points that the curve was made of, mm; see `knotfem.geometry.repair.scatter`.
         file: named in the messages.
 
@@ -104,13 +104,16 @@ def check_centreline(
     return warnings if warnings or drawn is None else _smoothing_warnings(drawn, x, diameter)
 
 
-def check_apart(lines: Sequence[Array], diameters: Sequence[float], names: Sequence[str]) -> list[str]:
+def check_apart(
+    lines: Sequence[Array], diameters: Sequence[float], names: Sequence[str], *, cure: str = ""
+) -> list[str]:
     """Refuse rods that overlap each other by more than a tenth of their mean diameter; warn of smaller overlaps.
 
     Args:
         lines: centrelines, each of shape (n, 3), mm.
         diameters: of the rods, mm.
         names: of the rods, for the messages.
+        cure: what else may be wrong, for the message of an error.
 
     Returns:
         Warnings, one for each pair of rods that overlap.
@@ -128,7 +131,7 @@ def check_apart(lines: Sequence[Array], diameters: Sequence[float], names: Seque
         places = " and ".join(f"s/L = {_fraction(line, edge)} of {name}" for line, edge, name in ends)
         if closest.distance < DEEPEST * touching:
             problem = f"the rod overlaps {names[i]}: {places} (distance of centrelines)"
-            expected = f"at least {touching:.4g} mm ({DEEPEST * touching:.4g} mm for rods pressed together)"
+            expected = f"at least {touching:.4g} mm ({DEEPEST * touching:.4g} mm for rods pressed together){cure}"
             raise InputError(problem, key=f"rods.{j}", found=f"{closest.distance:.4g} mm", expected=expected)
         warnings.append(f"{names[j]} and {names[i]} overlap by {touching - closest.distance:.3g} mm: {places}")
     return warnings

@@ -13,12 +13,12 @@ from knotfem.geometry.finite_rotation import rotate
 from knotfem.geometry.grading import graded_slices
 from knotfem.geometry.resample import arc_parameters, chords
 from knotfem.geometry.slices import Slices, equal_slices
-from knotfem.models.drawn import Drawn, drawn_curves, scaling_warnings
+from knotfem.models.drawn import ONE_FRAME, Drawn, drawn_curves, scaling_warnings
 from knotfem.scene.elements import ORDERS
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import MOST_SLICES, Rod
 from knotfem.scene.steps import Driven, Pull
-from knotfem.topology.knot_type import check_smoothing
+from knotfem.topology.closures import check_smoothing
 
 CURVATURE_SPACING = 0.25
 """Distance of the points from which the curvature of a centreline is taken, in diameters."""
@@ -59,7 +59,9 @@ def centrelines_of(scene: Scene) -> list[Centreline]:
     said = scaling_warnings(scene.rods, factors, added)
     if scene.contact.enabled and len(found) > 1:
         lines, rods = [line.points for line in found], scene.rods
-        said[-1] += validate.check_apart(lines, [rod.diameter for rod in rods], [rod.name for rod in rods])
+        cure = "; do they have one scale?" if any(ONE_FRAME in text for texts in said for text in texts) else ""
+        diameters, names = [rod.diameter for rod in rods], [rod.name for rod in rods]
+        said[-1] += validate.check_apart(lines, diameters, names, cure=cure)
     return [replace(line, warnings=(*line.warnings, *more)) for line, more in zip(found, said, strict=True)]
 
 

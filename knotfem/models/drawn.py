@@ -27,8 +27,10 @@ SAME_UNIT = 0.03
 """Relative difference of a factor from that of a unit."""
 UNSAID = 0.005
 """Relative change of size that is not worth a word: a spline is longer than the polyline through its points."""
-ONE_FRAME = 0.005
+ALIKE = 0.005
 """Relative difference of the factors of two rods that is not."""
+ONE_FRAME = "curves drawn in one frame no longer fit"
+"""Said of rods whose factors differ by more."""
 APART = 2.0
 """Distance between the ends of a closed curve that is cut open, in diameters."""
 RADIUS = 0.02
@@ -170,10 +172,10 @@ def scaling_warnings(rods: Sequence[Rod], factors: Sequence[float], added: Seque
             said[index].append(f"{rod.centerline}: in the scale of {factor:.5g}, its ends are {kind} {goal}")
         first = next((i for i, other in enumerate(rods) if is_curve_file(other.centerline)), index)
         free = rod.scale is None and rods[first].scale is None
-        if free and abs(factor / factors[first] - 1.0) > ONE_FRAME:
+        if free and abs(factor / factors[first] - 1.0) > ALIKE:
             both = f"{rods[first].name} is scaled by {factors[first]:.5g} and {rod.name} by {factor:.5g}"
             cure = f'rods.{index}.scale = "{rods[first].name}" gives both one scale'
-            said[index].append(f"{both}, each to its own length: curves drawn in one frame no longer fit; {cure}")
+            said[index].append(f"{both}, each to its own length: {ONE_FRAME}; {cure}")
     return said
 
 

@@ -6,10 +6,13 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from knotfem.errors import InputError
+from knotfem.geometry.points import as_points
 from knotfem.topology.knot_type import KnotType, knot_type
 from knotfem.topology.linking import Ends
 from knotfem.types import Array
@@ -97,3 +100,28 @@ def is_knotted(points: ArrayLike, ways: Sequence[Ends]) -> bool:
         return True
     others = sum(knot_type(points, way).name != "unknot" for way in ways[SURE:])
     return 2 * (sum(first) + others) >= len(ways)
+
+
+def check_smoothing(drawn: ArrayLike, smoothed: ArrayLike, file: str | Path | None = None) -> None:
+    """Refuse a smoothing that has changed the knot, as far as the Jones polynomial shows.
+
+    Both curves are closed in the directions of the smoothed one: the ends of measured points point anywhere. They are
+    the same knot if they are so closed along the tangents, or else if most of their closures are.
+
+    Args:
+        drawn: vertices before smoothing, shape (n, 3).
+        smoothed: vertices after smoothing, shape (m, 3).
+        file: named in the message.
+
+    Raises:
+        InputError: the two curves have different Jones polynomials.
+    """
+    x, y = as_points(drawn), as_points(smoothed)
+    middle = 0.5 * (y.min(axis=0) + y.max(axis=0))
+    ways = ways_of((y[0] - y[1], y[-1] - y[-2]), (y[0] - middle, y[-1] - middle))
+    if knot_type(x, ways[0]).jones == knot_type(y, ways[0]).jones:
+        return
+    before, after = closures_of(x, ways), closures_of(y, ways)
+    if before.most.jones != after.most.jones:
+        problem = "smoothing has changed the knot; take fewer iterations"
+        raise InputError(problem, file=file, found=str(after.most), expected=str(before.most))

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotfem.errors import InputError
 from knotfem.geometry.points import as_points
 from knotfem.topology.closure import EndDirection, close
 from knotfem.topology.diagram import Diagram, diagram
@@ -91,20 +89,3 @@ def knot_type(
     polynomial = jones(simplest)
     name, handedness = names().get(polynomial, ("unnamed", ""))
     return KnotType(name, handedness, polynomial, len(simplest.crossings))
-
-
-def check_smoothing(drawn: ArrayLike, smoothed: ArrayLike, file: str | Path | None = None) -> None:
-    """Refuse a smoothing that has changed the knot, as far as the Jones polynomial shows.
-
-    Args:
-        drawn: vertices before smoothing, shape (n, 3).
-        smoothed: vertices after smoothing, shape (m, 3).
-        file: named in the message.
-
-    Raises:
-        InputError: the two curves have different Jones polynomials.
-    """
-    before, after = knot_type(drawn), knot_type(smoothed)
-    if before.jones != after.jones:
-        problem = "smoothing has changed the knot; take fewer iterations"
-        raise InputError(problem, file=file, found=after, expected=str(before))

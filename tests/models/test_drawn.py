@@ -97,6 +97,11 @@ def test_curves_of_one_frame_keep_their_places_with_one_scale(tmp_path: Path) ->
     assert rod_clearance(other[0].points, other[1].points).distance == pytest.approx(6.4 * drawn, abs=0.1)
 
 
+def test_rods_pushed_into_each_other_by_their_scales_are_refused_with_the_cure(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"the rod overlaps hitch.*; do they have one scale\?"):
+        hooked(tmp_path, -60.0)
+
+
 def test_a_nurbs_curve_takes_a_scale(tmp_path: Path) -> None:
     path = tmp_path / "a.toml"
     points = [[0, 0, 0], [0.01, 0, 0], [0.02, 0, 0.01], [0.04, 0, 0]]

@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from knotfem.topology import closures
-from knotfem.topology.closures import Closures, closures_of, is_knotted, random_directions, ways_of
+from knotfem.topology.closures import (
+    Closures,
+    check_smoothing,
+    closures_of,
+    is_knotted,
+    random_directions,
+    ways_of,
+)
 from knotfem.topology.knot_type import KnotType, knot_type
 
 TANGENT = (np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]))
@@ -59,3 +66,13 @@ def test_most_closures_decide_whether_a_curve_is_knotted(
     monkeypatch.setattr(closures, "knot_type", typed)
     assert is_knotted(trefoil(0.97), ways) == held
     assert len(asked) == computed
+
+
+def test_ends_of_measured_points_that_point_anywhere_change_no_knot() -> None:
+    """The last edge of the points runs through the knot, that of the smoothed curve does not."""
+    smooth = np.concatenate([[[0.0, 0.0, 40.0]], trefoil(0.93), [[0.0, 40.0, 0.0]]])
+    measured = smooth.copy()
+    inward = trefoil(0.93).mean(axis=0) - smooth[-2]
+    measured[-1] = smooth[-2] + 0.3 * inward / np.linalg.norm(inward)
+    assert knot_type(measured).name != knot_type(smooth).name
+    check_smoothing(measured, smooth)

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from knotfem.errors import InputError
 from knotfem.geometry.smoothing import laplacian
+from knotfem.topology.closures import check_smoothing
 from knotfem.topology.knot_table import PRIME, names
-from knotfem.topology.knot_type import check_smoothing, knot_type
+from knotfem.topology.knot_type import knot_type
 
 Array = NDArray[np.float64]
 Braid = Callable[[list[int]], list[Array]]
