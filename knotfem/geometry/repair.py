@@ -33,6 +33,12 @@ CLOSING = 2.0
 """A curve is closed if its ends are at most so many median chords apart and the chord between them goes on smoothly."""
 SMOOTHLY = 0.5
 """Angle by which the closing chord may turn from those at the ends [rad]."""
+ORDERS = (4, 10)
+"""Of the differences that tell errors of points from the curve itself."""
+FLAT = 0.85
+"""Ratio of what they leave, above which it is errors: 0.95 to 1.15 for measured points, below 0.6 for drawn ones of
+which a loop has more than ten."""
+
 FEWEST_CLOSED = 8
 """Points of a curve that is taken for closed by the distance between its ends."""
 
@@ -138,17 +144,23 @@ def _listed(places: list[str]) -> str:
 
 
 def scatter(points: Array) -> float:
-    """Standard deviation of the noise of points along a smooth curve, for each coordinate, in their units.
+    """Standard deviation of the errors of points along a smooth curve, for each coordinate, in their units.
 
-    Differences of tenth order leave hardly anything of a curve that its points resolve, and of independent errors their
-    standard deviation times the root of the sum of squared binomial coefficients. The upper quartile is taken: errors
-    of rounding show at some points only.
+    The differences of any order of independent errors are as large as their standard deviation times the root of the
+    sum of squared binomial coefficients. Those of a curve become smaller, in this measure, with each order that its
+    points resolve, so that what differences of tenth order leave is error if those of fourth order leave no more. The
+    upper quartile of all places is taken: errors of rounding show at some points only.
 
     Args:
-        points: shape (n, 3); 0 is returned for fewer than 16.
+        points: shape (n, 3); 0 is returned for fewer than 16, and for points too coarse to tell.
     """
-    order = 10
-    if len(points) < order + 6:
+    if len(points) < ORDERS[1] + 6:
         return 0.0
+    low, high = (_of_differences(points, order) for order in ORDERS)
+    return high if high > FLAT * low else 0.0
+
+
+def _of_differences(points: Array, order: int) -> float:
+    """Standard deviation of independent errors that have the differences of so many points."""
     differences = np.linalg.norm(np.diff(points, order, axis=0), axis=1)
     return float(np.percentile(differences, 75.0)) / math.sqrt(3.0 * math.comb(2 * order, order))

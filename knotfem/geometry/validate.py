@@ -43,7 +43,7 @@ that are measured overlap by a few percent."""
 
 SCATTERED = 0.007
 """Scatter of points, in diameters, above which they count as measured: whether strands overlap by a few percent is not
-known then. Points of drawn knots scatter by less than 0.005."""
+known then."""
 
 
 class Cylinder(NamedTuple):

@@ -100,6 +100,9 @@ def _drawn(rod: Rod, file: CurveFile, factor: float | None, own: float) -> Drawn
     warnings = [*file.warnings, *_radius_warning(rod, file, read)]
     smoothing = rod.smoothing
     if smoothing.iterations == 0:
+        if noise > SCATTERED * rod.diameter:
+            cure = "smoothing.iterations = 1000 takes that out"
+            warnings.append(f"{rod.centerline}: its points scatter by about {noise:.2g} mm; {cure}")
         curve = file.curve if factor is None else _scaled(file, factor)
         return Drawn(curve, None, factor, read, noise, tuple(warnings))
     found = _vertices(rod, file, rod.length if factor is None else None).points

@@ -117,6 +117,11 @@ def test_a_closed_curve_is_cut_where_asked(tmp_path: Path, repeated: bool) -> No
         read(tmp_path, helix(), Choice(cut_at=1))
 
 
+@pytest.mark.parametrize("every", [1, 2, 3])
+def test_points_of_a_drawn_knot_have_no_errors_however_few_they_are(shipped, every: int) -> None:
+    assert scatter(shipped("overhand")[:: 12 * every]) == 0.0
+
+
 @pytest.mark.parametrize("noise", [0.05, 0.5])
 def test_scatter_is_the_noise_of_points(noise: float) -> None:
     x = helix()

@@ -142,6 +142,13 @@ def test_measured_points_that_overlap_are_taken_smoothed_only(tmp_path: Path) ->
     assert any("strands overlap by" in said and "diameters apart before smoothing" in said for said in warnings)
 
 
+def test_points_that_scatter_are_told_where_they_are_not_smoothed(tmp_path: Path) -> None:
+    noisy = DRAWN + np.random.default_rng(3).normal(scale=0.1, size=DRAWN.shape)
+    (warning,) = (said for said in laid(tmp_path / "a.csv", noisy, scale=1.0).warnings if "scatter" in said)
+    assert "its points scatter by about 0.12 mm; smoothing.iterations = 1000" in warning
+    assert not any("scatter" in said for said in laid(tmp_path / "a.csv", DRAWN, scale=1.0).warnings)
+
+
 def test_smoothing_that_brings_strands_too_close_names_the_cure(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"overlaps itself at .* after smoothing; 0\.97 diameters.*keep_size = true"):
         laid(tmp_path / "a.csv", tight(0.03), scale=1.0, smoothing__iterations=200)

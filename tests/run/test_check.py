@@ -31,3 +31,9 @@ def test_unknowns_are_counted_without_building_the_model(overrides: list[str]) -
 
 def test_a_step_that_pulls_nothing_takes_its_time_too() -> None:
     assert check("cantilever")["expected_minutes"] > 0.0
+
+
+def test_the_knots_that_are_to_be_tied_are_named() -> None:
+    assert check(load_scene("overhand", ["model=rod"]))["knots"] == {"rod": "3_1"}
+    assert check(load_scene("clove-hitch", ["model=rod"]))["knots"] == {"rod": "hitch round cylinder (2.5 turns)"}
+    assert check(load_scene("sheet-bend", ["model=rod"]))["knots"] == {"hitch": "unknot", "bight": "unknot"}
