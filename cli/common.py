@@ -198,9 +198,10 @@ def _times(summary: Mapping[str, Any]) -> dict[str, dict[str, str]]:
 
 
 def verdict_note(run: Run) -> list[str]:
-    """The verdict as a sentence, where there is one."""
+    """The verdict, and what the knot bore, as sentences, where there are any."""
     said = run.verdict_evidence.get("in_words")
-    return [said] if said else []
+    borne = run.holding() if said else None
+    return [text for text in (said, borne and str(borne)) if text]
 
 
 def json_text(values: Mapping[str, Any]) -> str:

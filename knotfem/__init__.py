@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from knotfem.solver.term import Role, Term, TimeStep
     from knotfem.study.accuracy_check.report import CheckedAccuracy
     from knotfem.study.accuracy_check.run import check_accuracy
+    from knotfem.study.holding import hold
     from knotfem.study.stability.diagram import StabilityDiagram
     from knotfem.study.stability.run import stability
     from knotfem.study.sweep.run import sweep
@@ -83,6 +84,7 @@ _PLACES = {
     "check_accuracy": "knotfem.study.accuracy_check.run",
     "StudyTable": "knotfem.study.sweep.table",
     "StabilityDiagram": "knotfem.study.stability.diagram",
+    "hold": "knotfem.study.holding",
     "stability": "knotfem.study.stability.run",
     "sweep": "knotfem.study.sweep.run",
 }
@@ -92,7 +94,7 @@ __all__ = [
     "CheckedAccuracy", "Comparison", "Foot", "InputError", "Interrupted", "KnotLost", "KnotfemError", "Material",
     "MissingDependency", "NotConverged", "Obstacle", "RigidSurface", "Role", "Run", "Scene", "StabilityDiagram",
     "Stopped", "StudyTable", "Term", "TimeStep", "TimeStepDone", "__version__", "check", "check_accuracy", "compare",
-    "export", "load_scene", "open_run", "plot", "pull", "resume", "stability", "steps", "sweep", "theory", "tie",
+    "export", "hold", "load_scene", "open_run", "plot", "pull", "resume", "stability", "steps", "sweep", "theory", "tie",
 ]  # fmt: skip
 
 

@@ -13,10 +13,12 @@ import numpy as np
 from knotfem.errors import InputError
 from knotfem.results.base import RunData, displacement_of
 from knotfem.results.force import ForceCurve, force_curve, tolerance_notes, unrest_notes
+from knotfem.results.holding import holding_of
 from knotfem.results.moment import reach
 from knotfem.results.profile import StoredStates, TensionProfile, stored_states
 from knotfem.results.states import RunState
 from knotfem.run.checkpoint import RunCheckpoint
+from knotfem.stability.holding import Holding
 from knotfem.types import Arrays
 
 if TYPE_CHECKING:
@@ -159,6 +161,20 @@ class Run(RunData):
     def verdict_evidence(self) -> dict[str, Any]:
         """What the verdict rests on, as in summary.json; empty without one."""
         return self.summary.get("verdict_evidence") or {}
+
+    def holding(self, slip: float | str | None = None) -> Holding | None:
+        """What the knot bore before a free end was drawn in by so much, in the last step that loads it with ends free.
+
+        Args:
+            slip: [mm] or such as "3 mm"; None for the step's `slip`, or one diameter of the thinnest rod.
+
+        Returns:
+            None where no such step was taken.
+
+        Raises:
+            InputError: the run does not tell how far ends were drawn in.
+        """
+        return holding_of(self, slip)
 
     @property
     def failure_mode(self) -> str | None:

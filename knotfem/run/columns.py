@@ -20,6 +20,8 @@ RUNNING = "step_displacement_mm"
 """Tables that have it have a displacement that runs on through the steps; older ones start again at each step."""
 OF_STATE = ("step", RUNNING)
 """Further columns of all tables of stored states."""
+DRAWN_IN = "drawn_in_mm"
+"""Further column of force.csv where a scene shows whether its knot holds."""
 TENSION_COLUMNS = ("displacement_mm", "arclength_mm", "s_over_L", "tension_N", "core_N", "bulk_N")
 TENSION_EXTRA = ("rod", "time_s", "shear_N", "bending_moment_Nmm", "torque_Nmm", "x_mm", "y_mm", "z_mm", *OF_STATE)
 EVENT_COLUMNS = (

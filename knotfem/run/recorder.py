@@ -13,6 +13,7 @@ from knotfem.models.contacts import CONTACT_COLUMNS, contact_rows
 from knotfem.models.series import Fields, SeriesMesh
 from knotfem.run.checkpoint import RunCheckpoint
 from knotfem.run.columns import (
+    DRAWN_IN,
     EVENT_COLUMNS,
     FORCE_COLUMNS,
     FORCE_EXTRA,
@@ -129,7 +130,7 @@ class Recorder:
         """
         columns = {
             "tie": TIE_COLUMNS,
-            "force": (*FORCE_COLUMNS, *FORCE_EXTRA, *self._own),
+            "force": (*FORCE_COLUMNS, *FORCE_EXTRA, *self._own, *([DRAWN_IN] if self.simulation.decides else [])),
             "tension": (*TENSION_COLUMNS, *TENSION_EXTRA),
             "contacts": (*CONTACT_COLUMNS, *OF_STATE),
             **({"twist": TWIST_COLUMNS} if self.model.segments else {}),
@@ -215,6 +216,8 @@ class Recorder:
 
     def _step(self, event: TimeStepDone) -> None:
         record = {**dict.fromkeys(self._own, 0.0), **force_row(event)}
+        if self.simulation.decides:
+            record[DRAWN_IN] = event.drawn_in
         self.summary.count(event)
         if not isinstance(event.step, Relax):
             self.tables["force"].append(record)

@@ -53,6 +53,8 @@ class TimeStepDone:
         equilibrium: whether viscous terms and inertia carry no more than the scene's `quasi_static.tolerance` allows.
         jump: that ended with it, or None.
         before: displacement with which the scene's step set out [mm].
+        drawn_in: length of the free end that has been drawn in furthest since the scene's step began [mm]; 0 where no
+            step shows whether the knot holds.
     """
 
     step: Step
@@ -67,6 +69,7 @@ class TimeStepDone:
     equilibrium: bool
     jump: Jump | None
     before: float
+    drawn_in: float
 
     @property
     def state(self) -> State:
@@ -320,8 +323,11 @@ class Simulation:
             if jump is not None and not isinstance(step, Relax):
                 self.notify(f"{step.name}: {jump}")
             equilibrium = schedule.in_equilibrium(accepted, figures)
-            self._judge(step, settled=equilibrium, at_rest=resting or (last and equilibrium), output=accepted.at_output)
-            last = last or self.decided
+            self._judge(
+                step, figures, settled=equilibrium, at_rest=resting or (last and equilibrium), output=accepted.at_output
+            )
+            slipped = self.watch is not None and self.watch.slipped
+            last = last or self.decided or slipped
             if last or (accepted.at_output and not isinstance(step, Relax)):
                 self._look_at_limits(step, figures)
             yield TimeStepDone(
@@ -337,12 +343,13 @@ class Simulation:
                 equilibrium=equilibrium,
                 jump=jump,
                 before=self._displaced,
+                drawn_in=0.0 if self.watch is None else self.watch.drawn_in,
             )
             if self.decided:
                 self._end_decided(step)
                 return
             lost = (accepted.at_output or last or watch.wandered(self.state.x)) and self._lost(step)
-            if resting or (lost and isinstance(step, Release)):
+            if resting or slipped or (lost and isinstance(step, Release)):
                 return
             if self.interrupt is not None:
                 self.interrupt()
@@ -386,17 +393,21 @@ class Simulation:
             self.watch.begin(step, state.x, state.time)
 
     def _new_watch(self) -> VerdictWatch | None:
-        if self.knots_before is None or not self.scene.contact.enabled:
+        if self.knots_before is None or not self.decides:
             return None
-        shown = deciding_steps(self.wanted)
-        return VerdictWatch(self.model, self.monitor, self.knots_before) if shown else None
+        return VerdictWatch(self.model, self.monitor, self.knots_before)
 
-    def _judge(self, step: Step, *, settled: bool, at_rest: bool, output: bool) -> None:
+    @property
+    def decides(self) -> bool:
+        """Whether some step shows whether the knot holds."""
+        return self.scene.contact.enabled and bool(deciding_steps(self.wanted))
+
+    def _judge(self, step: Step, figures: StepFigures, *, settled: bool, at_rest: bool, output: bool) -> None:
         """Gather what the present state tells of the verdict; decide the run where the step says so."""
         if self.watch is None:
             return
         x, time = self.state.x, self.state.time
-        lost = self.watch.update(step, x, time, settled=settled, at_rest=at_rest, output=output)
+        lost = self.watch.update(step, x, figures, time, settled=settled, at_rest=at_rest, output=output)
         self.decided = bool(lost) and step.until == "decided"
 
     def _end_decided(self, step: Step) -> None:

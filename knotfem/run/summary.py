@@ -67,6 +67,7 @@ class Summary:
             "verdict": None,
             "verdict_evidence": None,
             "failure_mode": None,
+            "holding": None,
             "final_force_N": 0.0,
             "linear_solver": "",
         }

@@ -26,6 +26,7 @@ class Progression:
         began: [s].
         ends: where the loaded and the free ends were at its start [mm], by label, shape [3].
         through: what had run through the crossings of each rod by then [mm], shape [rods].
+        drawn_in: by how much each end had been drawn in by then [mm], shape [rods, 2].
         deciding: whether it has a loaded and a free end.
         pulled: displacements of the driven end, of a pull [mm].
         ran: lengths that had run through by then [mm].
@@ -36,6 +37,7 @@ class Progression:
     began: float
     ends: dict[str, np.ndarray]
     through: np.ndarray
+    drawn_in: np.ndarray
     deciding: bool
     pulled: list[float] = field(default_factory=list)
     ran: list[float] = field(default_factory=list)

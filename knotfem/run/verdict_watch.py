@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from scipy.spatial import KDTree
 
-from knotfem.models.base import Model
+from knotfem.energy.balance import StepFigures
+from knotfem.models.base import SIDES, Model
 from knotfem.models.conditions import friction_factor
 from knotfem.run.jumps import furthest
 from knotfem.run.monitor import KnotMonitor, Knots
@@ -16,6 +17,7 @@ from knotfem.run.verdict_evidence import FROM_ONSET, FROM_STEP, Progression, lab
 from knotfem.scene.steps import Driven, Pull, Step
 from knotfem.stability import ties
 from knotfem.stability.ends import Place, deciding_steps, free_ends, loaded_ends
+from knotfem.stability.holding import Holding, LoadingStep, slip_of
 from knotfem.stability.slip import SlipMeter, UnitSlip
 from knotfem.stability.unit import Line
 from knotfem.stability.verdict import RATE_OVER_DIAMETER, Signs, Verdict, in_words, verdict_of
@@ -40,10 +42,14 @@ class VerdictWatch:
 
     Attributes:
         lost: what has come undone, in words; "" while the knot is what it was.
+        holding: what it has borne in the last step that pulls or loads it while ends are free; None before one.
+        slipped: whether a free end has been drawn in as far as the present step allows.
     """
 
     def __init__(self, model: Model, monitor: KnotMonitor, knots: Knots) -> None:
         self.model, self.knots, self.lost = model, knots, ""
+        self.holding: Holding | None = None
+        self.slipped = False
         self._monitor = monitor
         scene, fixed = model.scene, list(zip(monitor.ends, monitor.outward, strict=True))
         self._reader = ties.TieReader([rod.name for rod in model.rods], fixed, scene.obstacles)
@@ -72,20 +78,43 @@ class VerdictWatch:
             time: [s].
         """
         ends = {label_of(place): self._end(x, place) for place in self._places}
-        self._step = Progression(step.name, time, ends, self._meter.through.copy(), bool(free_ends(step)))
+        through, drawn_in, deciding = self._meter.through.copy(), self._meter.drawn_in.copy(), bool(free_ends(step))
+        self._step = Progression(step.name, time, ends, through, drawn_in, deciding)
+        if deciding and isinstance(step, LoadingStep):
+            self.holding = Holding(slip_of(step, self.model.diameter))
         if loaded_ends(step) and self._first is None:
             self._first = self._step
             self._before, self._named = self._reader.read(self.model.centrelines(x)), x
             self._meter.update(self.model.contacts())
         self._meter.begin_step(self._lines(x))
+        self.slipped = False
         self._onset, self._onset_at = None, {}
 
-    def update(self, step: Step, x: np.ndarray, time: float, *, settled: bool, at_rest: bool, output: bool) -> str:
+    @property
+    def drawn_in(self) -> float:
+        """Length of the free end that has been drawn in furthest since the scene's step began [mm]."""
+        if self._step is None or not self._free:
+            return 0.0
+        since = self._meter.drawn_in - self._step.drawn_in
+        return max(float(since[self._at(place)]) for place in self._free)
+
+    def update(
+        self,
+        step: Step,
+        x: np.ndarray,
+        figures: StepFigures,
+        time: float,
+        *,
+        settled: bool,
+        at_rest: bool,
+        output: bool,
+    ) -> str:
         """Take an accepted state, the terms being assembled in it.
 
         Args:
             step: of the scene.
             x: unknowns, shape [nodes, width].
+            figures: of the time step.
             time: [s].
             settled: whether it is one of equilibrium.
             at_rest: whether it ends the step in equilibrium.
@@ -98,6 +127,9 @@ class VerdictWatch:
             return ""
         self._meter.update(self.model.contacts())
         now = self._step
+        if self.holding is not None and now.deciding and isinstance(step, LoadingStep):
+            self.holding.update(figures.displacement, figures.force, self.drawn_in, settled=settled)
+            self.slipped = self.holding.slipped and step.slip is not None
         now.at_rest = at_rest and bool(loaded_ends(step)) and not isinstance(step, Pull)
         if isinstance(step, Pull):
             self._follow_pull(now, step, x)
@@ -136,7 +168,8 @@ class VerdictWatch:
             "slips_measured": None if slip is None else FROM_ONSET if self._onset else FROM_STEP,
             "onset": self._onset_at or None,
         }
-        return {"verdict": verdict, "verdict_evidence": evidence, "failure_mode": mode}
+        borne = None if self.holding is None else self.holding.figures()
+        return {"verdict": verdict, "verdict_evidence": evidence, "failure_mode": mode, "holding": borne}
 
     def _travel(self, since: Progression | None, x: np.ndarray) -> dict[str, Any] | None:
         if since is None:
@@ -144,12 +177,13 @@ class VerdictWatch:
         moved = {
             place: float(np.linalg.norm(self._end(x, place) - since.ends[label_of(place)])) for place in self._places
         }
-        through = self._meter.through - since.through
+        through, drawn_in = self._meter.through - since.through, self._meter.drawn_in - since.drawn_in
         return {
             "since_start_of": since.name,
             "loaded_ends_mm": {label_of(place): moved[place] for place in self._loaded},
             "free_ends_mm": {label_of(place): moved[place] for place in self._free},
             "through_knot_mm": {rod.name: float(ran) for rod, ran in zip(self.model.rods, through, strict=True)},
+            "drawn_in_mm": {label_of(place): float(drawn_in[self._at(place)]) for place in self._free},
         }
 
     def _signs(self) -> Signs:
@@ -157,9 +191,9 @@ class VerdictWatch:
         if step is None:
             return Signs(self.lost, False, 0.0, math.nan, self.model.diameter)
         through = float(np.abs(self._meter.through - step.through).max())
-        return Signs(
-            self.lost, step.at_rest, through, step.rate(RATE_OVER_DIAMETER * self.model.diameter), self.model.diameter
-        )
+        rate = step.rate(RATE_OVER_DIAMETER * self.model.diameter)
+        drawn_in = self.drawn_in if self.slipped else math.nan
+        return Signs(self.lost, step.at_rest, through, rate, self.model.diameter, drawn_in)
 
     def _follow_pull(self, now: Progression, step: Pull, x: np.ndarray) -> None:
         place = step.having(Driven)[0]
@@ -220,6 +254,10 @@ class VerdictWatch:
     def _rod(self, place: Place) -> int:
         return [rod.name for rod in self.model.rods].index(place[0])
 
+    def _at(self, place: Place) -> tuple[int, int]:
+        """Of an end in arrays of shape [rods, 2]."""
+        return self._rod(place), SIDES.index(place[1])
+
     def _end(self, x: np.ndarray, place: Place) -> np.ndarray:
         return x[self.model.end_nodes(self._rod(place), place[1]).outer, :3].copy()
 
@@ -238,6 +276,8 @@ class VerdictWatch:
             "onset_at": self._onset_at,
             "first": None if self._first is None else dict(vars(self._first)),
             "step": None if self._step is None else dict(vars(self._step)),
+            "holding": None if self.holding is None else dict(vars(self.holding)),
+            "slipped": self.slipped,
         }
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -250,3 +290,5 @@ class VerdictWatch:
         self._onset_at = state["onset_at"]
         self._first = state["first"] and Progression(**state["first"])
         self._step = state["step"] and Progression(**state["step"])
+        self.holding = state["holding"] and Holding(**state["holding"])
+        self.slipped = state["slipped"]

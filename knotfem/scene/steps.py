@@ -232,6 +232,8 @@ class Pull(_Step):
     Attributes:
         kind: always "pull".
         displacement: in the end's direction [mm].
+        slip: ends the step once a free end has been drawn in by so much [mm], measured from the crossing nearest to it;
+            None takes it to its displacement.
         speed: [mm/s]; needed in real time. Quasi-static, it relates the displacement to the time of tables and
             schedules and changes nothing else; None for 1 mm/s.
     """
@@ -240,6 +242,7 @@ class Pull(_Step):
 
     kind: Literal["pull"]
     displacement: PositiveLength
+    slip: PositiveLength | None = None
     speed: PositiveSpeed | None = None
 
     @property
@@ -279,10 +282,13 @@ class Load(_Step):
     Attributes:
         kind: always "load".
         duration: [s].
+        slip: ends the step once a free end has been drawn in by so much [mm], measured from the crossing nearest to it;
+            None takes it to its end.
     """
 
     kind: Literal["load"]
     duration: PositiveDuration
+    slip: PositiveLength | None = None
 
     @model_validator(mode="after")
     def _check_loaded(self) -> Self:

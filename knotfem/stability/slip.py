@@ -146,6 +146,8 @@ class SlipMeter:
     Attributes:
         through: of each rod, length that has run through its crossings [mm], positive towards its start, shape [rods]:
             means over crossings with strands, or with obstacles where it touches no strand, weighted by normal forces.
+        drawn_in: length by which the part of each rod between an end and the crossing nearest to it has become shorter
+            [mm], shape [rods, 2]: at its start, at its end.
         crossings: of the last state.
         since_step: crossings followed since `begin_step`.
         since_mark: the same since `mark`.
@@ -154,6 +156,7 @@ class SlipMeter:
     def __init__(self, rods: int, diameter: float) -> None:
         self.diameter = diameter
         self.through = np.zeros(rods)
+        self.drawn_in = np.zeros((rods, 2))
         self.crossings: list[Crossing] = []
         self.since_step = self.since_mark = Tracks(None, [])
 
@@ -170,6 +173,7 @@ class SlipMeter:
             if j >= 0:
                 steps[i] = np.nan_to_num(np.subtract(now[j].places, self.crossings[i].places))
         self.through += _through(self.crossings, follows, steps, self.through.size)
+        self.drawn_in += _drawn_in(self.crossings, follows, steps, self.through.size)
         self.since_step.follow(follows, steps)
         if self.since_mark is not self.since_step:
             self.since_mark.follow(follows, steps)
@@ -186,11 +190,13 @@ class SlipMeter:
     def state(self) -> dict[str, Any]:
         """For a checkpoint."""
         both = {"since_step": self.since_step.state(), "since_mark": self.since_mark.state()}
-        return {"through": self.through, "crossings": _stored(self.crossings), **both}
+        ran = {"through": self.through, "drawn_in": self.drawn_in}
+        return {**ran, "crossings": _stored(self.crossings), **both}
 
     def restore(self, state: dict[str, Any]) -> None:
         """From a checkpoint."""
-        self.through, self.crossings = np.array(state["through"]), _restored(state["crossings"])
+        self.through, self.drawn_in = np.array(state["through"]), np.array(state["drawn_in"])
+        self.crossings = _restored(state["crossings"])
         self.since_step, self.since_mark = (Tracks.restored(state[name]) for name in ("since_step", "since_mark"))
 
     def _tracks(self, lines: Sequence[Line]) -> Tracks:
@@ -211,6 +217,21 @@ def _through(crossings: Sequence[Crossing], follows: Sequence[int], steps: np.nd
             if moves:
                 found[rod] = _mean(moves)
                 break
+    return found
+
+
+def _drawn_in(crossings: Sequence[Crossing], follows: Sequence[int], steps: np.ndarray, rods: int) -> np.ndarray:
+    found = np.zeros((rods, 2))
+    for rod in range(rods):
+        places = [
+            (crossing.places[side], steps[i, side])
+            for i, crossing in enumerate(crossings)
+            if follows[i] >= 0
+            for side in (0, 1)
+            if crossing.rods[side] == rod
+        ]
+        if places:
+            found[rod] = -min(places)[1], max(places)[1]
     return found
 
 

@@ -28,6 +28,7 @@ class Signs:
         rate: fraction of the last displacement of a driven end that ran through the knot; nan where none is driven, or
             where it has not been driven so far.
         diameter: of the thinnest rod [mm].
+        drawn_in: length by which a free end was drawn in when that ended the step [mm]; nan where it did not.
     """
 
     lost: str
@@ -35,6 +36,7 @@ class Signs:
     through: float
     rate: float
     diameter: float
+    drawn_in: float = math.nan
 
 
 def verdict_of(signs: Signs) -> Verdict:
@@ -42,13 +44,15 @@ def verdict_of(signs: Signs) -> Verdict:
 
     - *unravels*: the knot is no longer what it was.
     - *holds*: it is what it was, and came to rest under the load; in a pull, the last displacement did not run through.
-    - *slips*: it is what it was, but the rod runs through it.
+    - *slips*: it is what it was, but the rod runs through it, or a free end was drawn in as far as the step allows.
     - *undecided*: none of these showed before the run ended; so ends a pull that tightens the knot.
     """
     if signs.lost:
         return "unravels"
     if signs.at_rest:
         return "holds"
+    if not math.isnan(signs.drawn_in):
+        return "slips"
     if not math.isnan(signs.rate):
         return "slips" if signs.rate >= SLIP_RATE else "holds" if signs.rate <= HOLD_RATE else "undecided"
     return "slips" if signs.through > SLIP_OVER_DIAMETER * signs.diameter else "undecided"
@@ -62,6 +66,8 @@ def in_words(verdict: Verdict, signs: Signs, mode: str) -> str:
         return f"the knot unravels: {signs.lost}{slid.get(mode, '')}"
     if verdict == "holds" and signs.at_rest:
         return f"the knot holds: it came to rest under the load after {d} of rod had run through it"
+    if not math.isnan(signs.drawn_in):
+        return f"the knot slips: a free end was drawn in by {signs.drawn_in:.3g} mm"
     if not math.isnan(signs.rate):
         last = f"{100.0 * signs.rate:.0f} % of the last displacement ran through it"
         said = {"holds": "the knot holds", "slips": "the knot slips"}.get(verdict, "undecided, the knot still tightens")

@@ -27,6 +27,8 @@ LONGEST = "1000 s"
 
 Directions = Mapping[str, Sequence[float]]
 """Direction, of any length, by the label of an end such as "rod.start"."""
+Places = dict[Place, dict[str, Any]]
+"""What happens to ends."""
 
 
 @dataclass(frozen=True)
@@ -84,16 +86,12 @@ def dead_load(
     """
     scene = load_scene(source, overrides)
     force = parse_quantity(load, FORCE, "load") if isinstance(load, str) else float(load)
-    pulls = _loaded(scene) if loaded is None else _named(scene, loaded, "loaded")
-    away = [-value for value in unit(next(iter(pulls.values())))]
-    drops = dict.fromkeys(_free(scene, pulls), away) if free is None else _named(scene, free, "free")
-    if set(pulls) & set(drops):
-        raise InputError("an end is both loaded and free", key="free", found=", ".join(map(".".join, drops)))
-    large = {place: _load(force, direction) for place, direction in pulls.items()}
-    small = {place: _load(free_load * force, direction) for place, direction in drops.items()}
-    held, gone = _ends(large), _ends({**large, **small})
+    pulls, drops = places_of(scene, loaded, free)
+    large = {place: load_of(force, direction) for place, direction in pulls.items()}
+    small = {place: load_of(free_load * force, direction) for place, direction in drops.items()}
+    held, gone = ends_of(large), ends_of({**large, **small})
     coefficient = scene.contact.friction if friction is None else friction
-    changes: dict[str, Any] = {"contact.friction": coefficient, "steps": [*_tying(scene), *_loading(held, ramp)]}
+    changes: dict[str, Any] = {"contact.friction": coefficient, "steps": [*tying_of(scene), *_loading(held, ramp)]}
     changes["steps"].append({"name": "let-go", "kind": "release", "duration": LONGEST, "ends": gone})
     if lowering is not None:
         changes["steps"].append(_lower(lowering, coefficient, gone))
@@ -101,6 +99,35 @@ def dead_load(
     if not weight and scene.gravity is not None:
         changes["gravity"] = None
     return load_scene(scene, changes)
+
+
+def places_of(
+    scene: Scene, loaded: Directions | None, free: Directions | None
+) -> tuple[dict[Place, Sequence[float]], dict[Place, Sequence[float]]]:
+    """Directions of the loads on the loaded and on the free ends.
+
+    Args:
+        scene: whose ends they are.
+        loaded: see `dead_load`.
+        free: see there.
+
+    Raises:
+        InputError: there is no loaded or no free end, one is both, or nothing bears the load.
+    """
+    pulls = _loaded(scene) if loaded is None else _named(scene, loaded, "loaded")
+    away = [-value for value in unit(next(iter(pulls.values())))]
+    drops = dict.fromkeys(_free(scene, pulls), away) if free is None else _named(scene, free, "free")
+    if set(pulls) & set(drops):
+        raise InputError("an end is both loaded and free", key="free", found=", ".join(map(".".join, drops)))
+    held = len(SIDES) * len(scene.rods) - len(pulls) - len(drops)
+    if not (held or scene.obstacles or len(pulls) > 1):
+        raise InputError(
+            "nothing bears the load: all other ends are let go",
+            key="free",
+            found=", ".join(map(".".join, drops)),
+            expected="an obstacle, another rod, or an end that is held or loaded",
+        )
+    return pulls, drops
 
 
 def free_directions(source: str | Path | Scene, overrides: Overrides, direction: Sequence[float]) -> Directions:
@@ -115,7 +142,8 @@ def free_directions(source: str | Path | Scene, overrides: Overrides, direction:
     return {".".join(place): tuple(direction) for place in _free(scene, _loaded(scene))}
 
 
-def _tying(scene: Scene) -> list[dict[str, Any]]:
+def tying_of(scene: Scene) -> list[dict[str, Any]]:
+    """Steps of a scene that tie the knot; one that relaxes where it has none."""
     steps = [step.model_dump(mode="json", exclude_none=True) for step in scene.tying_steps]
     return steps or [{"kind": "relax"}]
 
@@ -170,13 +198,15 @@ def _named(scene: Scene, directions: Directions, key: str) -> dict[Place, Sequen
     return {(label.rpartition(".")[0], label.rpartition(".")[2]): tuple(d) for label, d in directions.items()}
 
 
-def _load(force: float, direction: Sequence[float]) -> dict[str, Any]:
+def load_of(force: float, direction: Sequence[float]) -> dict[str, Any]:
+    """An end that bears a force [N]; free without one."""
     if force == 0.0:
         return {"motion": "free"}
     return {"motion": "loaded", "force": f"{force} N", "direction": list(direction)}
 
 
-def _ends(moves: Mapping[Place, dict[str, Any]]) -> dict[str, Any]:
+def ends_of(moves: Mapping[Place, Mapping[str, Any]]) -> dict[str, Any]:
+    """Ends of a step, by rod and side."""
     ends: dict[str, Any] = {}
     for (rod, side), move in moves.items():
         ends.setdefault(rod, {})[side] = move

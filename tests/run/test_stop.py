@@ -4,11 +4,20 @@ import os
 import signal
 import threading
 import time
+from collections.abc import Iterator
 
 import pytest
 
 from knotfem.errors import Interrupted, Stopped
 from knotfem.run.stop import StopRequest
+
+
+@pytest.fixture(autouse=True)
+def terminal_that_may_close() -> Iterator[None]:
+    """SIGHUP as it is in a terminal, whoever started these tests."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    yield
+    signal.signal(signal.SIGHUP, before)
 
 
 @pytest.mark.parametrize(
@@ -25,13 +34,10 @@ def test_a_signal_sets_the_flag(number: signal.Signals, kind: type[Exception]) -
 
 
 def test_a_closed_terminal_is_ignored_after_nohup() -> None:
-    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
-    try:
-        with StopRequest() as stop:
-            os.kill(os.getpid(), signal.SIGHUP)
-            assert not stop.due
-    finally:
-        signal.signal(signal.SIGHUP, before)
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    with StopRequest() as stop:
+        os.kill(os.getpid(), signal.SIGHUP)
+        assert not stop.due
 
 
 def test_exit_codes() -> None:

@@ -50,9 +50,14 @@ def test_several_rods_and_ends_of_the_users_choice():
     scene = dead_load("sheet-bend", 1.0)
     assert loaded_ends(scene.steps[-1]) == [("hitch", "start")]
     assert free_ends(scene.steps[-1]) == [("hitch", "end"), ("bight", "end")]
-    chosen = dead_load("overhand", 1.0, loaded={"rod.end": [-1, 0, 0]}, free={"rod.start": [0, 0, -1]})
+    chosen = dead_load("clove-hitch", 1.0, loaded={"rod.end": [-1, 0, 0]}, free={"rod.start": [0, 0, -1]})
     assert loaded_ends(chosen.steps[-1]) == [("rod", "end")]
     assert free_ends(chosen.steps[-1]) == [("rod", "start")]
+
+
+def test_something_must_bear_the_load():
+    with pytest.raises(InputError, match="nothing bears the load"):
+        dead_load("overhand", 1.0)
 
 
 def test_without_a_free_end_the_other_ends_are_let_go():

@@ -1,0 +1,68 @@
+"""`knotfem hold`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from knotfem_cli.common import (
+    Verb,
+    force_option,
+    model_option,
+    output_option,
+    progress_of,
+    shared_options,
+    show_run,
+    with_model,
+)
+
+
+@click.command(cls=Verb)
+@click.argument("scene")
+@output_option
+@force_option
+@model_option
+@click.option("--tighten", metavar="FORCE", required=True, help='On the loaded ends at first, such as "2 N".')
+@click.option("--slip", metavar="LENGTH", help="By which a free end may be drawn in; one diameter by default.")
+@click.option("--displacement", metavar="LENGTH", help="Of the pull at most; 20 times the slip by default.")
+@click.option("--free-load", type=float, default=0.0, help="Force on a free end over the one that tightens.")
+@click.option("--direction", metavar="X,Y,Z", help="Of this force; opposite to the pull by default.")
+@shared_options
+def hold(
+    scene: str,
+    output: Path | None,
+    force: bool,
+    model: str | None,
+    tighten: str,
+    slip: str | None,
+    displacement: str | None,
+    free_load: float,
+    direction: str | None,
+    overrides: tuple[str, ...],
+    quiet: bool,
+    log_format: str,
+) -> None:
+    """Find how much a knot holds: tighten it, let its free ends go, pull until it slips.
+
+    The loaded ends of the scene bear a force, its free ends being held, until the rods are at rest. Then the loaded
+    ends are held and the free ones let go. Then the loaded ends are pulled on until a free end has been drawn in by the
+    slip. The holding force is the largest one before; the run directory, which is printed, has all of its force curve.
+    Weight is left out.
+
+    \b
+    Example:
+      knotfem hold bowline --model rod --tighten "1 N"
+      knotfem hold clove-hitch --model rod --tighten "2 N" --slip "3 mm" -o hitch
+    """
+    from knotfem.study.dead_load import free_directions
+    from knotfem.study.holding import hold as hold_it
+    from knotfem.study.stability.grid import numbers
+
+    chosen = with_model(overrides, model)
+    free = None if direction is None else free_directions(scene, chosen, numbers(direction, "--direction"))
+    run = hold_it(
+        scene, chosen, tighten=tighten, slip=slip, displacement=displacement, free=free, free_load=free_load,
+        out=output or True, force=force, progress=progress_of(quiet, log_format),
+    )  # fmt: skip
+    show_run(run, quiet, log_format)
