@@ -25,7 +25,7 @@ from knotfem_cli.common import (
 @model_option
 @click.option("--tighten", metavar="FORCE", required=True, help='On the loaded ends at first, such as "2 N".')
 @click.option("--slip", metavar="LENGTH", help="By which a free end may be drawn in; one diameter by default.")
-@click.option("--displacement", metavar="LENGTH", help="Of the pull at most; 20 times the slip by default.")
+@click.option("--displacement", metavar="LENGTH", help="Of the pull at most; 5 times the slip by default.")
 @click.option("--free-load", type=float, default=0.0, help="Force on a free end over the one that tightens.")
 @click.option("--direction", metavar="X,Y,Z", help="Of this force; opposite to the pull by default.")
 @shared_options

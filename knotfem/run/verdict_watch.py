@@ -16,6 +16,7 @@ from knotfem.run.monitor import KnotMonitor, Knots
 from knotfem.run.verdict_evidence import FROM_ONSET, FROM_STEP, Progression, label_of, unit_evidence
 from knotfem.scene.steps import Driven, Pull, Step
 from knotfem.stability import ties
+from knotfem.stability.drawn_in import DrawnIn
 from knotfem.stability.ends import Place, deciding_steps, free_ends, loaded_ends
 from knotfem.stability.holding import Holding, LoadingStep, slip_of
 from knotfem.stability.slip import SlipMeter, UnitSlip
@@ -60,6 +61,7 @@ class VerdictWatch:
         self._loaded, self._free = loaded_ends(deciding), free_ends(deciding)
         self._places = [*self._loaded, *self._free]
         self._meter = SlipMeter(len(model.rods), model.diameter)
+        self._drawn = DrawnIn(len(model.rods), model.diameter)
         self._before: list[ties.RodTies] = []
         self._named: np.ndarray | None = None
         self._touched, self._marked_under_load = False, False
@@ -78,14 +80,14 @@ class VerdictWatch:
             time: [s].
         """
         ends = {label_of(place): self._end(x, place) for place in self._places}
-        through, drawn_in, deciding = self._meter.through.copy(), self._meter.drawn_in.copy(), bool(free_ends(step))
+        through, drawn_in, deciding = self._meter.through.copy(), self._drawn.lengths.copy(), bool(free_ends(step))
         self._step = Progression(step.name, time, ends, through, drawn_in, deciding)
         if deciding and isinstance(step, LoadingStep):
             self.holding = Holding(slip_of(step, self.model.diameter))
         if loaded_ends(step) and self._first is None:
             self._first = self._step
             self._before, self._named = self._reader.read(self.model.centrelines(x)), x
-            self._meter.update(self.model.contacts())
+            self._follow(x)
         self._meter.begin_step(self._lines(x))
         self.slipped = False
         self._onset, self._onset_at = None, {}
@@ -95,7 +97,7 @@ class VerdictWatch:
         """Length of the free end that has been drawn in furthest since the scene's step began [mm]."""
         if self._step is None or not self._free:
             return 0.0
-        since = self._meter.drawn_in - self._step.drawn_in
+        since = self._drawn.lengths - self._step.drawn_in
         return max(float(since[self._at(place)]) for place in self._free)
 
     def update(
@@ -125,7 +127,7 @@ class VerdictWatch:
         """
         if self._first is None or self._step is None:
             return ""
-        self._meter.update(self.model.contacts())
+        self._follow(x)
         now = self._step
         if self.holding is not None and now.deciding and isinstance(step, LoadingStep):
             self.holding.update(figures.displacement, figures.force, self.drawn_in, settled=settled)
@@ -177,7 +179,7 @@ class VerdictWatch:
         moved = {
             place: float(np.linalg.norm(self._end(x, place) - since.ends[label_of(place)])) for place in self._places
         }
-        through, drawn_in = self._meter.through - since.through, self._meter.drawn_in - since.drawn_in
+        through, drawn_in = self._meter.through - since.through, self._drawn.lengths - since.drawn_in
         return {
             "since_start_of": since.name,
             "loaded_ends_mm": {label_of(place): moved[place] for place in self._loaded},
@@ -216,6 +218,10 @@ class VerdictWatch:
             slip = self._meter.since_mark.unit_slip
             if slip is not None and slip.largest >= ONSET_OVER_DIAMETER * self.model.diameter:
                 self._onset, self._onset_at = slip, self._when(step, time)
+
+    def _follow(self, x: np.ndarray) -> None:
+        self._meter.update(self.model.contacts())
+        self._drawn.update(self._meter.crossings, self._lines(x))
 
     def _lines(self, x: np.ndarray) -> list[Line]:
         return [Line(points, s) for points, s in zip(self.model.centrelines(x), self._arclengths, strict=True)]
@@ -268,6 +274,7 @@ class VerdictWatch:
             "lost": self.lost,
             "lost_at": self._lost_at,
             "meter": self._meter.state(),
+            "drawn": self._drawn.state(),
             "before": ties.stored(self._before),
             "named": self._named,
             "touched": self._touched,
@@ -284,6 +291,7 @@ class VerdictWatch:
         """From a checkpoint."""
         self.lost, self._lost_at = state["lost"], state["lost_at"]
         self._meter.restore(state["meter"])
+        self._drawn.restore(state["drawn"])
         self._before, self._named = ties.restored(state["before"]), state["named"]
         self._touched, self._marked_under_load = state["touched"], state["marked_under_load"]
         self._onset = state["onset"] and UnitSlip.restored(state["onset"])

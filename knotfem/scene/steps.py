@@ -232,8 +232,8 @@ class Pull(_Step):
     Attributes:
         kind: always "pull".
         displacement: in the end's direction [mm].
-        slip: ends the step once a free end has been drawn in by so much [mm], measured from the crossing nearest to it;
-            None takes it to its displacement.
+        slip: ends the step once a free end has been drawn in by so much [mm], into what holds it; None takes it to its
+            displacement.
         speed: [mm/s]; needed in real time. Quasi-static, it relates the displacement to the time of tables and
             schedules and changes nothing else; None for 1 mm/s.
     """
@@ -282,8 +282,8 @@ class Load(_Step):
     Attributes:
         kind: always "load".
         duration: [s].
-        slip: ends the step once a free end has been drawn in by so much [mm], measured from the crossing nearest to it;
-            None takes it to its end.
+        slip: ends the step once a free end has been drawn in by so much [mm], into what holds it; None takes it to its
+            end.
     """
 
     kind: Literal["load"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -82,6 +83,17 @@ def matched(before: Sequence[Crossing], now: Sequence[Crossing], reach: float) -
             found[i] = j
             free.remove(j)
     return found
+
+
+def stored(crossings: Sequence[Crossing]) -> list[dict[str, Any]]:
+    """For a checkpoint."""
+    return [dict(vars(crossing)) for crossing in crossings]
+
+
+def restored(values: Sequence[dict[str, Any]]) -> list[Crossing]:
+    """From a checkpoint."""
+    pairs = ("rods", "places", "extents")
+    return [Crossing(**{**value, **{name: tuple(value[name]) for name in pairs}}) for value in values]
 
 
 def _clusters(points: np.ndarray, reach: float) -> list[np.ndarray]:

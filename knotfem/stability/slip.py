@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from knotfem.contact.report import ContactReport
-from knotfem.stability.crossings import Crossing, crossings_of, matched
+from knotfem.stability.crossings import Crossing, crossings_of, matched, restored, stored
 from knotfem.stability.unit import Line, LockingUnit, Strand, locking_unit
 
 REACH_OVER_DIAMETER = 1.0
@@ -89,13 +89,13 @@ class Tracks:
     def state(self) -> dict[str, Any]:
         """For a checkpoint."""
         unit = None if self.unit is None else self.unit.state()
-        return {"unit": unit, "crossings": _stored(self.crossings), "now": self.now, "slips": self.slips}
+        return {"unit": unit, "crossings": stored(self.crossings), "now": self.now, "slips": self.slips}
 
     @classmethod
     def restored(cls, state: dict[str, Any]) -> Tracks:
         """From a checkpoint."""
         unit = None if state["unit"] is None else LockingUnit.restored(state["unit"])
-        tracks = cls(unit, _restored(state["crossings"]))
+        tracks = cls(unit, restored(state["crossings"]))
         tracks.now, tracks.slips = list(state["now"]), np.array(state["slips"]).reshape(-1, 2)
         return tracks
 
@@ -146,8 +146,6 @@ class SlipMeter:
     Attributes:
         through: of each rod, length that has run through its crossings [mm], positive towards its start, shape [rods]:
             means over crossings with strands, or with obstacles where it touches no strand, weighted by normal forces.
-        drawn_in: length by which the part of each rod between an end and the crossing nearest to it has become shorter
-            [mm], shape [rods, 2]: at its start, at its end.
         crossings: of the last state.
         since_step: crossings followed since `begin_step`.
         since_mark: the same since `mark`.
@@ -156,7 +154,6 @@ class SlipMeter:
     def __init__(self, rods: int, diameter: float) -> None:
         self.diameter = diameter
         self.through = np.zeros(rods)
-        self.drawn_in = np.zeros((rods, 2))
         self.crossings: list[Crossing] = []
         self.since_step = self.since_mark = Tracks(None, [])
 
@@ -173,7 +170,6 @@ class SlipMeter:
             if j >= 0:
                 steps[i] = np.nan_to_num(np.subtract(now[j].places, self.crossings[i].places))
         self.through += _through(self.crossings, follows, steps, self.through.size)
-        self.drawn_in += _drawn_in(self.crossings, follows, steps, self.through.size)
         self.since_step.follow(follows, steps)
         if self.since_mark is not self.since_step:
             self.since_mark.follow(follows, steps)
@@ -190,13 +186,11 @@ class SlipMeter:
     def state(self) -> dict[str, Any]:
         """For a checkpoint."""
         both = {"since_step": self.since_step.state(), "since_mark": self.since_mark.state()}
-        ran = {"through": self.through, "drawn_in": self.drawn_in}
-        return {**ran, "crossings": _stored(self.crossings), **both}
+        return {"through": self.through, "crossings": stored(self.crossings), **both}
 
     def restore(self, state: dict[str, Any]) -> None:
         """From a checkpoint."""
-        self.through, self.drawn_in = np.array(state["through"]), np.array(state["drawn_in"])
-        self.crossings = _restored(state["crossings"])
+        self.through, self.crossings = np.array(state["through"]), restored(state["crossings"])
         self.since_step, self.since_mark = (Tracks.restored(state[name]) for name in ("since_step", "since_mark"))
 
     def _tracks(self, lines: Sequence[Line]) -> Tracks:
@@ -220,31 +214,7 @@ def _through(crossings: Sequence[Crossing], follows: Sequence[int], steps: np.nd
     return found
 
 
-def _drawn_in(crossings: Sequence[Crossing], follows: Sequence[int], steps: np.ndarray, rods: int) -> np.ndarray:
-    found = np.zeros((rods, 2))
-    for rod in range(rods):
-        places = [
-            (crossing.places[side], steps[i, side])
-            for i, crossing in enumerate(crossings)
-            if follows[i] >= 0
-            for side in (0, 1)
-            if crossing.rods[side] == rod
-        ]
-        if places:
-            found[rod] = -min(places)[1], max(places)[1]
-    return found
-
-
 def _mean(values: Sequence[tuple[float, float]]) -> float:
     """Mean of values with weights; 0 of nothing."""
     total = sum(weight for _, weight in values)
     return float(sum(value * weight for value, weight in values) / total) if total > 0.0 else 0.0
-
-
-def _stored(crossings: Sequence[Crossing]) -> list[dict[str, Any]]:
-    return [dict(vars(crossing)) for crossing in crossings]
-
-
-def _restored(stored: Sequence[dict[str, Any]]) -> list[Crossing]:
-    pairs = ("rods", "places", "extents")
-    return [Crossing(**{**values, **{name: tuple(values[name]) for name in pairs}}) for values in stored]

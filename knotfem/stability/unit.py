@@ -41,6 +41,23 @@ class Line:
         edge = int(np.clip(np.searchsorted(self.arclengths, arclength) - 1, 0, len(self.points) - 2))
         return unit(self.points[edge + 1] - self.points[edge])
 
+    def foot(self, point: np.ndarray, near: float, reach: float) -> float:
+        """Arclength of the point of the line that is closest to another point, within a reach of an arclength [mm].
+
+        Args:
+            point: shape [3].
+            near: arclength [mm].
+            reach: to either side [mm].
+        """
+        first, last = np.searchsorted(self.arclengths, (near - reach, near + reach))
+        first, last = max(int(first) - 1, 0), min(int(last), len(self.points) - 1)
+        start, edge = self.points[first:last], np.diff(self.points[first : last + 1], axis=0)
+        along = np.clip(((point - start) * edge).sum(axis=1) / (edge**2).sum(axis=1), 0.0, 1.0)
+        distance = ((start + along[:, None] * edge - point) ** 2).sum(axis=1)
+        best = int(distance.argmin())
+        s = self.arclengths[first : last + 1]
+        return float(s[best] + along[best] * (s[best + 1] - s[best]))
+
     def turning(self, first: float, last: float) -> float:
         """Angle by which the tangent turns between two arclengths [rad]: the integral of the curvature."""
         inside = (self.arclengths > first) & (self.arclengths < last)

@@ -14,7 +14,7 @@ from knotfem.scene.quantity import FORCE, LENGTH, parse_quantity
 from knotfem.stability.verdict import SLIP_OVER_DIAMETER
 from knotfem.study.dead_load import LONGEST, Directions, Places, ends_of, load_of, places_of, tying_of
 
-REACH_OVER_SLIP = 20.0
+REACH_OVER_SLIP = 5.0
 """The last pull goes this many times as far as the slip, unless told otherwise or the knot slips before."""
 
 
@@ -45,7 +45,7 @@ def holding_scene(
         overrides: see `load_scene`.
         slip: length that a free end may be drawn in by, [mm] or such as "6 mm"; None for one diameter of the thinnest
             rod.
-        displacement: of the pull at most, [mm] or such as "60 mm"; None for 20 times the slip.
+        displacement: of the pull at most, [mm] or such as "60 mm"; None for 5 times the slip.
         loaded: see `knotfem.study.dead_load.dead_load`.
         free: see there.
         free_load: force on each free end over the one that tightens, from when it is let go.

@@ -4,10 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from shapes import report
+from scipy.spatial.transform import Rotation
+from shapes import D
 
+from knotfem.stability.crossings import Crossing
+from knotfem.stability.drawn_in import DrawnIn
 from knotfem.stability.holding import Holding
-from knotfem.stability.slip import SlipMeter
+from knotfem.stability.unit import Line
 from knotfem.stability.verdict import Signs, in_words, verdict_of
 
 
@@ -47,11 +50,38 @@ def test_lost_at_once():
     assert followed([(1.0, 1.0, 3.0, False)]).force is None
 
 
-def test_ends_are_drawn_in_past_the_crossing_next_to_them():
-    meter = SlipMeter(2, 6.0)
+def crossed(ran: float, turned: float = 0.0) -> list[Line]:
+    """A straight rod along x that has run by so much past another along z, both turned about y."""
+    s, z = np.linspace(0.0, 200.0, 101), np.linspace(0.0, 100.0, 51)
+    spin = Rotation.from_rotvec([0.0, turned, 0.0])
+    along = spin.apply(np.stack([s - 100.0 + ran, np.full_like(s, D), 0.0 * s], axis=1))
+    across = spin.apply(np.stack([0.0 * z, 0.0 * z, z - 50.0], axis=1))
+    return [Line(along, s), Line(across, z)]
+
+
+def crossing(place: float, other: float, force: float = 1.0) -> Crossing:
+    return Crossing((0, 1), (place, other), (0.0, 0.0), force, 1.0)
+
+
+def test_an_end_is_drawn_in_past_a_strand_whatever_the_knot_does_as_a_whole():
+    drawn = DrawnIn(2, D)
+    for ran, turned in ((0.0, 0.0), (1.0, 0.3), (2.5, 0.6)):
+        drawn.update([crossing(100.0 - ran, 50.0)], crossed(ran, turned))
+    assert drawn.lengths == pytest.approx(np.array([[2.5, -2.5], [0.0, 0.0]]), abs=1e-9)
+
+
+def test_a_contact_that_wanders_and_one_that_bears_nothing_draw_nothing_in():
+    drawn = DrawnIn(2, D)
+    for wander in (0.0, 3.0, 6.0):
+        drawn.update([crossing(100.0 + wander, 50.0), crossing(150.0 - 5.0 * wander, 50.0, 0.05)], crossed(0.0))
+    assert drawn.lengths == pytest.approx(np.zeros((2, 2)))
+
+
+def test_past_an_obstacle_a_point_in_space_counts():
+    drawn = DrawnIn(1, D)
     for ran in (0.0, 1.0, 2.0):
-        meter.update(report([(0, 100.0 - ran, 1, 50.0), (0, 200.0 - 0.5 * ran, 1, 80.0 + 0.25 * ran)]))
-    assert meter.drawn_in == pytest.approx(np.array([[2.0, -1.0], [0.0, 0.5]]))
+        drawn.update([Crossing((0, -1), (100.0 - ran, np.nan), (0.0, 0.0), 1.0, 1.0)], crossed(ran)[:1])
+    assert drawn.lengths == pytest.approx(np.array([[2.0, -2.0]]))
 
 
 def test_an_end_drawn_in_as_far_as_the_step_allows_is_a_slip():

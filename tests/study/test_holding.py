@@ -31,7 +31,7 @@ def test_the_recipe():
     assert (start.force, type(end)) == (2.0, Clamped)
     assert isinstance(let_go.all_ends()["rod", "start"], Clamped)
     assert isinstance(pull, Pull)
-    assert (pull.slip, pull.displacement) == (3.0, 60.0)
+    assert (pull.slip, pull.displacement) == (3.0, 15.0)
     assert isinstance(pull.all_ends()["rod", "start"], Driven)
     small = pull.all_ends()["rod", "end"]
     assert isinstance(small, Loaded)
@@ -55,7 +55,7 @@ def test_the_step_ends_once_the_end_is_drawn_in(hitch):
     assert 3.0 < drawn[-1] < 4.0
     assert (drawn[:-1] <= 3.0).all()
     assert hitch.verdict == "slips"
-    assert table["step_displacement_mm"][-1] < 60.0
+    assert table["step_displacement_mm"][-1] < 15.0
 
 
 def test_as_much_is_drawn_in_as_samples_in_contact_move_along_the_rod(hitch):
