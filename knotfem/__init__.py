@@ -94,7 +94,8 @@ __all__ = [
     "CheckedAccuracy", "Comparison", "Foot", "InputError", "Interrupted", "KnotLost", "KnotfemError", "Material",
     "MissingDependency", "NotConverged", "Obstacle", "RigidSurface", "Role", "Run", "Scene", "StabilityDiagram",
     "Stopped", "StudyTable", "Term", "TimeStep", "TimeStepDone", "__version__", "check", "check_accuracy", "compare",
-    "export", "hold", "load_scene", "open_run", "plot", "pull", "resume", "stability", "steps", "sweep", "theory", "tie",
+    "export", "hold", "load_scene", "open_run", "plot", "pull", "resume", "stability", "steps", "sweep", "theory",
+    "tie",
 ]  # fmt: skip
 
 
