@@ -43,7 +43,7 @@ def hold(
     quiet: bool,
     log_format: str,
 ) -> None:
-    """Find how much a knot holds: tighten it, let its free ends go, pull until it slips.
+    """Say how much a knot holds before it slips.
 
     The loaded ends of the scene bear a force, its free ends being held, until the rods are at rest. Then the loaded
     ends are held and the free ones let go. Then the loaded ends are pulled on until a free end has been drawn in by the

@@ -103,7 +103,7 @@ def dead_load(
 
 def places_of(
     scene: Scene, loaded: Directions | None, free: Directions | None
-) -> tuple[dict[Place, Sequence[float]], dict[Place, Sequence[float]]]:
+) -> tuple[Mapping[Place, Sequence[float]], Mapping[Place, Sequence[float]]]:
     """Directions of the loads on the loaded and on the free ends.
 
     Args:
