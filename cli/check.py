@@ -4,12 +4,22 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import click
 
 import knotfem as kf
-from knotfem_cli.common import Verb, from_option, last_option, model_option, shared_options, with_model
+from knotfem_cli.common import (
+    Verb,
+    from_option,
+    last_option,
+    model_option,
+    rope_option,
+    scene_for,
+    shared_options,
+    with_model,
+)
 from knotfem_cli.text import facts, spoken, width_of
 
 
@@ -18,12 +28,16 @@ from knotfem_cli.text import facts, spoken, width_of
 @model_option
 @from_option
 @last_option
+@rope_option
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Write the resolved scene: a .toml file.")
 @shared_options
 def check(
     scene: str,
     model: str | None,
     from_run: str | None,
     last: bool,
+    rope: tuple[str, ...],
+    output: Path | None,
     overrides: tuple[str, ...],
     quiet: bool,
     log_format: str,
@@ -31,20 +45,27 @@ def check(
     """Validate a scene and say what it would take; run nothing.
 
     Prints the resolved scene with every default, the effects that will run and those that will not, degrees of
-    freedom, expected memory and time. With --quiet, only whether the scene is right.
+    freedom, expected memory and time. With --quiet, only whether the scene is right. With
+    -o the resolved scene goes into a file, for any verb that takes one.
 
     \b
     Example:
       knotfem check bowline --set 'rods.0.mesh.element_length=1 mm'
+      knotfem check bowline --rope diameter="10 mm" friction=0.25 -o mine.toml
     """
+    from knotfem.files import write_atomically
     from knotfem.scene import scene_to_toml
 
-    resolved = kf.load_scene(scene, with_model(overrides, model, from_run, last))
+    resolved = scene_for(scene, with_model(overrides, model, from_run, last), rope)
     found = kf.check(resolved)
+    if resolved.rope is not None:
+        found["rope"] = str(resolved.rope)
+    if output is not None:
+        write_atomically(output, scene_to_toml(resolved))
     if log_format == "json":
         click.echo(json.dumps({"scene": resolved.model_dump(mode="json"), **found}))
     elif not quiet:
-        click.echo(scene_to_toml(resolved))
+        click.echo(scene_to_toml(resolved) if output is None else f"the resolved scene is in {output}\n")
         click.echo(facts(_in_words(found), width=width_of()))
 
 

@@ -4,21 +4,23 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from knotfem.errors import OVERRIDES, InputError, KnotfemError, SeveralErrors
+from knotfem.errors import OVERRIDES, ROPE, InputError, KnotfemError, SeveralErrors
 from knotfem_cli.text import facts, spoken, width_of, wrapped
 
 if TYPE_CHECKING:
     from knotfem.results.moment import Moment
     from knotfem.results.run import Run
     from knotfem.run.progress import Progress
+    from knotfem.scene.model import Scene
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -49,6 +51,13 @@ from_option = click.option(
     "--from", "from_run", metavar="RUN", help="A 3D run of the same rods from whose tied knot the rod model sets out."
 )
 last_option = click.option("--last", is_flag=True, help="With --from: from the last state that this run has reached.")
+rope_option = click.option(
+    "--rope",
+    "rope",
+    metavar="KEY=VALUE...",
+    multiple=True,
+    help='The scene for your own rope: diameter="10 mm" youngs_modulus="5 MPa" friction=0.25 obstacle_friction=0.3.',
+)
 at_option = click.option(
     "--at", metavar="LENGTH", help='A stored displacement over all steps, such as "60 mm"; the last by default.'
 )
@@ -96,6 +105,10 @@ def plainly(error: OSError) -> InputError:
 class Verb(click.Command):
     """Turns the errors that a user can meet into one message and an exit code."""
 
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Let --rope take all properties that follow it."""
+        return super().parse_args(ctx, _each_with_option(args, "--rope"))
+
     def invoke(self, ctx: click.Context) -> Any:
         """Run the verb."""
         try:
@@ -114,13 +127,24 @@ class Verb(click.Command):
             ctx.exit(error.exit_code)
 
 
+def _each_with_option(args: Sequence[str], option: str) -> list[str]:
+    """Arguments in which an option precedes each of the texts KEY=VALUE that follow it."""
+    found: list[str] = []
+    for argument in args:
+        following = len(found) > 1 and found[-2] == option and "=" in found[-1]
+        if following and re.match(r"[a-z_]+\s*=", argument):
+            found.append(option)
+        found.append(argument)
+    return found
+
+
 def _in_options(error: KnotfemError) -> str:
     """The message, in which overrides and the argument `at` have the names of their options."""
     if isinstance(error, SeveralErrors):
         return "\n".join(_in_options(one) for one in error.errors)
     if not isinstance(error, InputError):
         return str(error)
-    file = "--set" if error.file == OVERRIDES else error.file
+    file = {OVERRIDES: "--set", ROPE: "--rope"}.get(str(error.file), error.file)
     key = f"--{error.key.replace('_', '-')}" if error.key in OPTIONS else error.key
     return str(InputError(error.problem, file=file, key=key, found=error.found, expected=error.expected))
 
@@ -133,6 +157,14 @@ def with_model(
     if from_run is not None:
         chosen = (*chosen, f"tie.source={json.dumps(from_run)}")
     return (*chosen, "tie.source_state=last") if last else chosen
+
+
+def scene_for(source: str, overrides: Sequence[str], rope: tuple[str, ...]) -> Scene:
+    """The scene of a verb, for the user's own rope where there is one."""
+    from knotfem.scene.load import load_scene
+    from knotfem.scene.rope import rope_of
+
+    return load_scene(source, overrides, rope=rope_of(rope))
 
 
 def displacement(at: str | None, option: str = "--at") -> float | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -18,10 +19,15 @@ from knotfem_cli.common import (
     model_option,
     output_option,
     progress_of,
+    rope_option,
+    scene_for,
     shared_options,
     show_run,
     with_model,
 )
+
+if TYPE_CHECKING:
+    from knotfem.scene.model import Scene
 
 
 @click.command(cls=Verb)
@@ -37,6 +43,7 @@ from knotfem_cli.common import (
 @click.option("--check", is_flag=True, help="With --accuracy: measure the error on this scene, refine until within it.")
 @click.option("--budget", metavar="TIME", help='With --check: begin nothing that would end later, such as "1h".')
 @engine_options
+@rope_option
 @shared_options
 def pull(
     source: str,
@@ -51,6 +58,7 @@ def pull(
     processes: int | None,
     scheduler: str | None,
     cluster: Path | None,
+    rope: tuple[str, ...],
     overrides: tuple[str, ...],
     quiet: bool,
     log_format: str,
@@ -70,6 +78,7 @@ def pull(
       knotfem pull bowline
       knotfem tie bowline -o knot
       knotfem pull knot -o firm --set contact.friction=0.37
+      knotfem pull bowline --rope diameter="10 mm" youngs_modulus="5 MPa" friction=0.25
       knotfem pull bowline --accuracy 2%
       knotfem pull figure-eight --model rod --accuracy 2% --check --budget 1h
       knotfem pull bowline --model rod
@@ -77,6 +86,8 @@ def pull(
     from knotfem.run.directory import RunDirectory
 
     chosen = with_model(overrides, model, from_run, last)
+    if rope:
+        _check_rope(source, accuracy)
     if check:
         from knotfem.study.progress import study_progress
 
@@ -110,8 +121,12 @@ def pull(
     shadowed = RunDirectory.shadowed(source)
     if shadowed is not None:
         progress.message(shadowed)
+    scene: Scene | Path | str = source if shadowed is None else Path(source)
+    if rope:
+        scene, chosen = scene_for(source, chosen, rope), ()
+        progress.message(f"rope: {scene.rope}")
     run = kf.pull(
-        source if shadowed is None else Path(source),
+        scene,
         chosen,
         out=_folder(source, output),
         force=force,
@@ -138,6 +153,16 @@ def show_checked(checked: kf.CheckedAccuracy, quiet: bool, log_format: str) -> N
         raise NotConverged(str(checked))
     if log_format == "text":
         click.echo(str(checked), err=True)
+
+
+def _check_rope(source: str, accuracy: str | None) -> None:
+    from knotfem.run.directory import RunDirectory
+
+    if RunDirectory.is_run(source):
+        raise InputError("a run has its rope", key="--rope", found=source, expected="a scene")
+    if accuracy is not None:
+        expected = "a scene that knotfem check --rope ... -o FILE.toml has written"
+        raise InputError("not with --accuracy", key="--rope", expected=expected)
 
 
 def _folder(source: str, output: Path | None) -> Path | bool:

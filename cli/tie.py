@@ -15,6 +15,8 @@ from knotfem_cli.common import (
     model_option,
     output_option,
     progress_of,
+    rope_option,
+    scene_for,
     shared_options,
     show_run,
     with_model,
@@ -34,6 +36,7 @@ from knotfem_cli.common import (
     type=click.Choice(["polynomial", "linear", "inextensible", "direct"]),
     help="The mapping; as the scene says by default.",
 )
+@rope_option
 @shared_options
 def tie(
     scene: str,
@@ -43,6 +46,7 @@ def tie(
     from_run: str | None,
     last: bool,
     tie_path: str | None,
+    rope: tuple[str, ...],
     overrides: tuple[str, ...],
     quiet: bool,
     log_format: str,
@@ -56,9 +60,16 @@ def tie(
     Example:
       knotfem tie bowline -o knot
       knotfem tie bowline --path linear
+      knotfem tie bowline --rope diameter="10 mm" friction=0.25
       knotfem tie bowline --model rod --from knot -o light
     """
     chosen = overrides if tie_path is None else (*overrides, f"tie.path={tie_path}")
     progress = progress_of(quiet, log_format)
-    run = kf.tie(scene, with_model(chosen, model, from_run, last), out=output or True, force=force, progress=progress)
+    chosen = with_model(chosen, model, from_run, last)
+    if rope:
+        source, chosen = scene_for(scene, chosen, rope), ()
+        progress.message(f"rope: {source.rope}")
+    else:
+        source = scene
+    run = kf.tie(source, chosen, out=output or True, force=force, progress=progress)
     show_run(run, quiet, log_format)

@@ -8,6 +8,9 @@ from pathlib import Path
 OVERRIDES = "overrides"
 """The place of an error in overrides of a scene's keys; the command line calls it by its option."""
 
+ROPE = "rope"
+"""The place of an error in the properties of a user's own rope; likewise."""
+
 
 class KnotfemError(Exception):
     """Base of all errors that carry a message for the user.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from math import sqrt
+from math import isclose, sqrt
 
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import Material
@@ -35,7 +35,28 @@ PROMISED = 0.01
 
 def unusual(scene: Scene) -> list[str]:
     """A sentence for each unusual value, which begins with its key."""
-    return [*_rods(scene), *_contact(scene), *_steps(scene), *_solver(scene)]
+    return [*_rope(scene), *_rods(scene), *_contact(scene), *_steps(scene), *_solver(scene)]
+
+
+def _rope(scene: Scene) -> Iterator[str]:
+    """Where a scene for another rope is not similar to the one that it was made from."""
+    rope = scene.rope
+    if rope is None:
+        return
+    if scene.gravity is not None and scene.gravity.acceleration > 0.0 and not isclose(rope.weight, 1.0, rel_tol=1e-6):
+        similar = scene.gravity.acceleration / rope.weight / 1000.0
+        yield (
+            f"gravity.acceleration: the rope's weight over its stiffness, rho g d / E, is {rope.weight:.3g} times that "
+            f'of {rope.scene}, so that the scene is not similar; "{similar:.4g} m/s^2" would keep it so, none leaves '
+            "weight out"
+        )
+    if any(step.real for step in scene.steps) and not isclose(rope.inertia, 1.0, rel_tol=1e-6):
+        yield (
+            f"steps: in real time inertia over stiffness, rho v^2 / E, is {rope.inertia:.3g} times that of "
+            f"{rope.scene}, since times stay as they were"
+        )
+    if scene.effects.viscous_drag is not None:
+        yield "effects.viscous_drag: the fluid is not scaled"
 
 
 def _rods(scene: Scene) -> Iterator[str]:

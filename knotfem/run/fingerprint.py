@@ -13,7 +13,7 @@ from knotfem.scene.model import Scene
 
 SETTINGS = ("solver", "output")
 """Tables of a scene that may change while a run goes on."""
-_RECORDS = ("name", "description", "accuracy")
+_RECORDS = ("name", "description", "accuracy", "rope")
 """Keys of a scene that change nothing."""
 
 

@@ -12,12 +12,12 @@ from typing import Any
 from pydantic import ValidationError
 
 from knotfem import shipped
-from knotfem.errors import OVERRIDES, InputError, SeveralErrors, cannot_read
+from knotfem.errors import OVERRIDES, InputError, cannot_read
 from knotfem.files import check_regular
 from knotfem.scene.effects import Cylinder
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import Rod, is_curve_file
-from knotfem.scene.table import input_errors
+from knotfem.scene.table import input_errors, one_error
 
 _ALTERNATIVES = {"section": "section_elements", "section_elements": "section"}
 """Keys of a rod's mesh of which only one may be given."""
@@ -30,7 +30,13 @@ Overrides = Mapping[str, Any] | Sequence[str] | str
 """Changes of scene keys: {"contact.friction": 0.37}, or texts such as "contact.friction=0.37", or one of them."""
 
 
-def load_scene(source: str | Path | Scene, overrides: Overrides = (), folder: Path = Path()) -> Scene:
+def load_scene(
+    source: str | Path | Scene,
+    overrides: Overrides = (),
+    folder: Path = Path(),
+    *,
+    rope: Mapping[str, Any] | None = None,
+) -> Scene:
     """Read and validate a scene.
 
     Args:
@@ -39,10 +45,14 @@ def load_scene(source: str | Path | Scene, overrides: Overrides = (), folder: Pa
             "steps.pull.speed": "2 mm/s"}, None removing a key; or texts `key.path=value` or a single one, the value
             being TOML, or text where it is not TOML, and the bare word none removing a key.
         folder: where relative paths in overrides start; the working directory by default.
+        rope: another rope, such as {"diameter": "10 mm", "youngs_modulus": "5 MPa", "friction": 0.25}, for which the
+            scene is scaled before it is changed; see `Scene.with_rope`.
 
     Raises:
         InputError: no such scene, broken TOML, or keys that are wrong, all of them.
     """
+    if rope:
+        source = load_scene(source).with_rope(**rope)
     if isinstance(source, Scene) and not overrides:
         return source
     tables, path = _tables_of(source)
@@ -56,7 +66,7 @@ def load_scene(source: str | Path | Scene, overrides: Overrides = (), folder: Pa
         return Scene.model_validate(tables)
     except ValidationError as error:
         found = [_locate(one, path, places) for one in input_errors(error, tables)]
-        raise (found[0] if len(found) == 1 else SeveralErrors(found)) from None
+        raise one_error(found) from None
 
 
 def _tables_of(source: str | Path | Scene) -> tuple[dict[str, Any], Path]:

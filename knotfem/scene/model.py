@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from itertools import combinations_with_replacement
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic import Field, ValidationError, ValidationInfo, field_validator, model_validator
 
+from knotfem.errors import ROPE, InputError
 from knotfem.scene.control import Accuracy, Output, Solver, Tie
 from knotfem.scene.effects import Contact, Cylinder, Drag, Effects, Gravity, Inertia, QuasiStatic
 from knotfem.scene.rods import Rod
+from knotfem.scene.rope import Scaled, read_rope, tables_for
 from knotfem.scene.steps import Pull, Relax, RodEnds, Step
-from knotfem.scene.table import Name, Table, known_name, refusal
+from knotfem.scene.table import Name, Table, input_errors, known_name, one_error, refusal
 
 LARGEST_MOVE = 4.0 / 3.0
 """Of `solver.move_over_diameter` with hexahedra: with it the force of a pulled overhand errs by 2 %, with 2 by 8 %."""
@@ -41,6 +43,7 @@ class Scene(Table):
         tie: mapping of the straight rods into the knot.
         solver: Newton's method.
         output: what is written.
+        rope: how the scene was made for another rope, where it was.
         accuracy: what mesh and solver settings were measured to promise, where they come from a cost table.
         steps: after the mapping, in order; an end that a step does not mention is clamped.
     """
@@ -59,6 +62,7 @@ class Scene(Table):
     tie: Tie = Tie()
     solver: Solver = Solver()
     output: Output = Output()
+    rope: Scaled | None = None
     accuracy: Accuracy | None = None
     steps: tuple[Step, ...] = ()
 
@@ -96,6 +100,29 @@ class Scene(Table):
     def sliding(self) -> float:
         """How far rods may slide along themselves: the displacement of all pulls [mm]."""
         return sum(step.displacement for step in self.steps if isinstance(step, Pull))
+
+    def with_rope(self, **rope: Any) -> Scene:
+        """The same scene for another rope, which is similar to it where nothing has weight.
+
+        All lengths, displacements and speeds are multiplied by the ratio of the diameters, moduli by that of the
+        moduli, forces and their tolerance by the ratio of E d^2; coefficients between rods, those of schedules too, by
+        that of friction. Gravity, densities, fluids and times stay. The attribute `rope` of the result says it.
+
+        Args:
+            **rope: `diameter` and `youngs_modulus` with units, such as "10 mm" and "5 MPa", `friction` of rope on rope,
+                `obstacle_friction` of rope on obstacles; at least one of them.
+
+        Raises:
+            InputError: a property that no rope has, or a scene that such a rope makes impossible.
+        """
+        wanted = read_rope(rope)
+        if self.tie.source is not None and (wanted.diameter, wanted.youngs_modulus) != (None, None):
+            raise InputError("sets out from a run of another rope", key="tie.source", expected="a scene without it")
+        tables = tables_for(wanted, self)
+        try:
+            return type(self).model_validate(tables)
+        except ValidationError as error:
+            raise one_error(input_errors(error, tables, file=ROPE)) from None
 
     def friction_between(self, first: str, second: str) -> float:
         """Coulomb coefficient of two surfaces.

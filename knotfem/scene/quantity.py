@@ -170,6 +170,7 @@ _ANGLE = ("an angle", "rad", "deg", "90 deg")
 
 LENGTH = Quantity(*_LENGTH)
 FORCE = Quantity(*_FORCE)
+PRESSURE = Quantity(*_PRESSURE)
 DURATION = Quantity(*_TIME, minimum=0.0, open_minimum=True)
 
 Length = Annotated[float, LENGTH]

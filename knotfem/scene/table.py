@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from os import PathLike
 from typing import Annotated, Any, Self
 
@@ -20,7 +20,7 @@ from pydantic import (
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
-from knotfem.errors import InputError
+from knotfem.errors import InputError, SeveralErrors
 from knotfem.names import suggestion
 from knotfem.scene.quantity import Length, Quantity
 
@@ -117,6 +117,11 @@ def input_errors(error: ValidationError, data: object, *, file: str | PathLike[s
         said = InputError(problem, file=place, key=key or None, found=_found(detail), expected=expected)
         found.setdefault(key, said)
     return list(found.values())
+
+
+def one_error(found: Sequence[InputError]) -> InputError:
+    """What to raise for the problems that were found."""
+    return found[0] if len(found) == 1 else SeveralErrors(found)
 
 
 def _explain(detail: ErrorDetails) -> tuple[str, str | None]:
