@@ -83,6 +83,9 @@ def read_curve(path: str | Path, choice: Choice | None = None) -> CurveFile:
     path, choice = Path(path), choice or Choice()
     suffix = path.suffix.lower()
     if suffix in NURBS_SUFFIXES:
+        for key, given in (("curve", choice.curve), ("cut_at", choice.cut_at)):
+            if given is not None:
+                raise InputError("only for files of points", file=path, key=key, found=given, expected="none")
         return CurveFile(read_nurbs(path))
     if suffix not in READERS:
         expected = f"{', '.join(READERS)}; {' or '.join(NURBS_SUFFIXES)} for NURBS curves"

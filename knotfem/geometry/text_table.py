@@ -61,6 +61,8 @@ def _rows(text: str) -> Iterator[tuple[int, str]]:
     blank = seen = False
     for number, line in enumerate(text.splitlines(), start=1):
         content = line.split("#", 1)[0].strip()
+        if not seen and content.lower().startswith("sep="):
+            continue  # a spreadsheet says what separates its columns
         if not content:
             blank |= not line.strip()
             continue

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from itertools import combinations
 from typing import Any
@@ -129,17 +129,24 @@ class KnotMonitor:
                 return f"the {what} of {name} has come undone{gone}"
         return self._apart(before, x)
 
-    def gone(self, before: Knots, x: np.ndarray) -> list[str]:
-        """All that is no longer as it was, each in words: knots undone, obstacles left, rods apart; see `lost`."""
+    def gone(self, before: Knots, x: np.ndarray, told: Container[str] = ()) -> list[str]:
+        """All that is no longer as it was, each in words: knots undone, obstacles left, rods apart; see `lost`.
+
+        Args:
+            before: knots that the steps set out from.
+            x: positions [mm], shape [nodes, width].
+            told: what need not be looked at again.
+        """
         found = []
         for rod, points in enumerate(self.model.centrelines(x)):
             name = self.model.rods[rod].name
             tied = before[name]
-            if tied["name"] != "unknot" and not is_knotted(points, self._ways(rod)):
-                found.append(f"the {tied['name']} of {name} has come undone")
+            undone = f"the {tied['name']} of {name} has come undone"
+            if tied["name"] != "unknot" and undone not in told and not is_knotted(points, self._ways(rod)):
+                found.append(undone)
             found += [f"{name} has left {o}" for o in self._hitched_to(tied) if self._left(tied, o, points)]
-        together = self._apart(before, x)
-        return [*found, together] if together else found
+        found.append(self._apart(before, x))
+        return [said for said in found if said and said not in told]
 
     def _ways(self, rod: int) -> list[tuple[Any, Any]]:
         return ways_of(self.ends[rod], self.outward[rod])

@@ -421,17 +421,19 @@ class Simulation:
         return {} if self.watch is None else self.watch.figures(self.state.x)
 
     def _lost(self, step: Step) -> bool:
-        """Whether a knot has come undone: an error in a step that must hold, said otherwise."""
+        """Whether a knot has come undone: an error in a step that must hold, the end of a release, said otherwise."""
         if self.knots_before is None or not self.scene.contact.enabled:
             return False
+        if not step.must_hold:
+            for said in self.monitor.gone(self.knots_before, self.state.x, self.remarks.kept):
+                self.remarks.tell(said, f"{said} at {{when}}", step, self.state.time, self._reached)
+            if not isinstance(step, Release):
+                return False
         message = self.monitor.lost(self.knots_before, self.state.x)
         if message and self.watch is not None:
             self.watch.note_lost(message, step, self.state.time)
         if message and step.must_hold:
             raise KnotLost(f"{step.name}: {message}")
-        if not step.must_hold:
-            for said in self.monitor.gone(self.knots_before, self.state.x):
-                self.remarks.tell(said, f"{said} at {{when}}", step, self.state.time, self._reached)
         return bool(message)
 
     def checkpoint(self) -> dict[str, Any]:

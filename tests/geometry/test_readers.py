@@ -40,6 +40,7 @@ def points_of(found: CurveFile) -> list[list[float]]:
         ("blanks.xyz", "0 0 0\n1  0 0\n2 0 0.5\n3 1 0\n\n"),
         ("plain.csv", "0,0,0\n1,0,0\n2,0,0.5\n3,1,0\n"),
         ("SPREADSHEET.CSV", "x;y;z\n0;0;0\n1;0;0\n2,0;0;0,5\n3;1;0\n"),
+        ("sep.csv", "sep=;\nx;y;z\n0;0;0\n1;0;0\n2,0;0;0,5\n3;1;0\n"),
         ("latin.csv", "# L\xe4nge\nx,y,z\n0,0,0\n1,0,0\n2,0,0.5\n3,1,0\n".encode("latin-1")),
         ("vertices.obj", "o rod\nv 0 0 0\nv 1 0 0\nv 2 0 0.5 1.0\nv 3 1 0\n"),
         ("line.obj", "v 3 1 0\nv 2 0 0.5\nv 1 0 0\nv 0 0 0\nl 4 3\nl 3 2 1\n"),
@@ -176,6 +177,14 @@ def test_further_columns_are_named_and_left_out(tmp_path: Path) -> None:
     assert points_of(found) == STRAIGHT
     columns = [warning.partition('the column "')[2].partition('"')[0] for warning in found.warnings]
     assert columns == ["id", "angle"]
+
+
+@pytest.mark.parametrize("choice", [Choice(curve=1), Choice(cut_at=2)])
+def test_what_means_nothing_to_a_nurbs_curve_is_refused(tmp_path: Path, choice: Choice) -> None:
+    path = tmp_path / "a.json"
+    path.write_text(json.dumps({"points": CLAMPED, "order_u": 4, "use_endpoint_u": True}))
+    with pytest.raises(InputError, match=r"(curve|cut_at): only for files of points; found \d; expected none"):
+        read_curve(path, choice)
 
 
 def test_radii_are_read(tmp_path: Path) -> None:

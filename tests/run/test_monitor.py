@@ -38,6 +38,7 @@ def test_rods_that_come_apart_are_lost(model):
     moved[built.sections.of_node >= built.sections.first[1], 0] += 200.0
     assert monitor.lost(before, moved) == "hitch and bight have come apart"
     assert monitor.gone(before, moved) == ["hitch and bight have come apart"]
+    assert monitor.gone(before, moved, ["hitch and bight have come apart"]) == []
 
 
 @pytest.mark.parametrize(
@@ -160,7 +161,7 @@ def test_what_happens_in_a_step_that_need_not_hold_is_said_once(tmp_path, monkey
     """In which step and where; kept in the summary, said at the end, and not lost with the process."""
     asked = iter(range(1000))
 
-    def gone(monitor, before, x):
+    def gone(monitor, before, x, told):
         return ["rod has left cylinder"] if next(asked) > 1 else []
 
     monkeypatch.setattr(KnotMonitor, "gone", gone)
