@@ -14,7 +14,7 @@ import knotfem
 
 VERBS = (
     "scenes", "check", "tie", "pull", "tension", "resume", "render", "export", "plot", "compare", "cost", "sweep",
-    "stability", "hold", "verify", "doctor",
+    "stability", "hold", "verify", "doctor", "help",
 )  # fmt: skip
 
 

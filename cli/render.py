@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 import knotfem as kf
-from knotfem.run.colours import COLOURS
+from knotfem.run.colours import COLOURS, OLDER
 from knotfem_cli.common import (
     Verb,
     at_option,
@@ -24,6 +24,16 @@ from knotfem_cli.common import (
 )
 
 
+class Colour(click.Choice):
+    """Takes older names too."""
+
+    def convert(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """The name of a colour as it is now."""
+        if value in OLDER:
+            click.echo(f'"{value}" is called "{OLDER[value]}" now; the field "pressure" is the mean stress', err=True)
+        return super().convert(OLDER.get(value, value), param, ctx)
+
+
 @click.command(cls=Verb)
 @run_argument
 @output_option
@@ -31,7 +41,7 @@ from knotfem_cli.common import (
 @step_option
 @click.option(
     "--colour",
-    type=click.Choice(list(COLOURS)),
+    type=Colour(list(COLOURS)),
     default="strain",
     show_default=True,
     help="What colours the rod.",

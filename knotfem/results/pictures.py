@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +12,10 @@ from knotfem.models.centreline import slices_of
 from knotfem.models.solid.body import meshes_of
 from knotfem.plot.render import Cylinder, Look, render_mesh, show_mesh
 from knotfem.results.fields import StateFields
-from knotfem.run.colours import COLOURS, DIVERGING
+from knotfem.run.colours import COLOURS, DIVERGING, OLDER
 from knotfem.scene.model import Scene
+
+_LOG = logging.getLogger("knotfem")
 
 
 def draw(fields: StateFields, scene: Scene, out: Path, colour: str = "strain") -> None:
@@ -63,6 +66,11 @@ def _look(fields: StateFields, scene: Scene, colour: str) -> Look:
 
 
 def _scalars(fields: StateFields, colour: str) -> tuple[np.ndarray | None, str, str]:
+    if colour in OLDER:
+        _LOG.warning(
+            'the colour "%s" is called "%s" now; the field "pressure" is the mean stress', colour, OLDER[colour]
+        )
+        colour = OLDER[colour]
     if colour not in COLOURS:
         raise InputError("no such colour", key="colour", found=colour, expected=", ".join(COLOURS))
     name, label, colours = COLOURS[colour]

@@ -13,7 +13,7 @@ from typing import Any, Literal
 from knotfem.errors import OVERRIDES, InputError, InUse, cannot_write
 from knotfem.files import PART_SUFFIX, held, read_json, write_atomically, write_json
 from knotfem.run.checkpoint import CheckpointStore
-from knotfem.run.colours import COLOURS
+from knotfem.run.colours import COLOURS, OLDER
 from knotfem.run.fingerprint import (
     SETTINGS,
     check_fingerprint,
@@ -40,7 +40,7 @@ _FORCE = "force.csv"
 _SERIES = (_TIE, _FORCE, "events.csv", "tension.csv", "twist.csv", "contacts.csv", "results.vtkhdf", SOURCE)
 _RECORDS = ("provenance.json", "status.json", "summary.json", "log.jsonl")
 _PLOTS = tuple(f"{name}.png" for name in ("stretch", "force", "tension"))
-_PICTURES = tuple(f"knot-{colour}.png" for colour in COLOURS)
+_PICTURES = tuple(f"knot-{colour}.png" for colour in (*COLOURS, *OLDER))
 _FILES = (*_SERIES, *_RECORDS, *_PLOTS, *_PICTURES, _SCENE)
 
 

@@ -33,7 +33,8 @@ class DiskSeries:
 
     def append(self, time: float, displacement: float, fields: Fields) -> None:
         """Append a state."""
-        self._series.append(time, fields.points, point_data=fields.point_data, cell_data=fields.cell_data)
+        data = {"point_data": fields.point_data, "cell_data": fields.cell_data}
+        self._series.append(time, fields.points, **data, displacement=displacement)
 
     @property
     def count(self) -> int:

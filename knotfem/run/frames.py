@@ -23,12 +23,14 @@ class Frame:
         points: positions in mm, shape (N, 3).
         point_data: arrays on points, each of N rows.
         cell_data: arrays on cells, each of E rows.
+        displacement: of the reported end over all steps after tying [mm]; nan where it is not stored.
     """
 
     time: float
     points: Array
     point_data: dict[str, NDArray[Any]]
     cell_data: dict[str, NDArray[Any]]
+    displacement: float = float("nan")
 
 
 def read_times(path: str | Path) -> Array:
@@ -72,7 +74,9 @@ def read_frame(path: str | Path, step: int = -1) -> Frame:
                 arrays[kind][name] = np.asarray(data[start : start + rows])
         start = int(root["Steps/PointOffsets"][step])
         points = np.asarray(root["Points"][start : start + count["Point"]], dtype=np.float64)
-        return Frame(float(root["Steps/Values"][step]), points, arrays["Point"], arrays["Cell"])
+        stored = "FieldData" in root
+        displacement = float(root["FieldData/displacement_mm"][step]) if stored else float("nan")
+        return Frame(float(root["Steps/Values"][step]), points, arrays["Point"], arrays["Cell"], displacement)
 
 
 class _Reading:

@@ -7,11 +7,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from knotfem.run.field_meanings import FIELDS
 from knotfem.run.frames import Frame
 from knotfem.types import Array, Index
 
 _CELL_TYPES = {8: 12, 27: 29, 4: 9}
 """VTK's number of the cell with so many points: hexahedron, triquadratic hexahedron, quadrilateral."""
+DISPLACEMENT = "displacement_mm"
+"""Of the reported end, one value a step."""
 _PACKED: dict[str, Any] = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
 
 
@@ -43,9 +46,12 @@ def write_mesh(file: Any, reference: Array, cells: Index) -> None:
         steps.create_dataset(name, (0,), np.int64, maxshape=(None,), chunks=(1024,))
     for name in ("CellOffsets", "ConnectivityIdOffsets"):
         steps.create_dataset(name, (0, 1), np.int64, maxshape=(None, 1), chunks=(1024, 1))
-    for name in ("PointData", "CellData"):
+    for name in ("PointData", "CellData", "FieldData"):
         root.create_group(name)
         steps.create_group(f"{name}Offsets")
+    _new_offsets(steps["FieldDataOffsets"], DISPLACEMENT)
+    moved = root["FieldData"].create_dataset(DISPLACEMENT, (0,), np.float64, maxshape=(None,), chunks=(1024,))
+    _describe(moved, DISPLACEMENT)
     file.create_dataset("knotfem/reference", data=reference, **_PACKED)
 
 
@@ -58,7 +64,7 @@ def write_constant(root: Any, kind: str, name: str, values: NDArray[Any]) -> Non
     rows = int(root["NumberOfPoints" if kind == "PointData" else "NumberOfCells"][0])
     if len(values) != rows:
         raise ValueError(f"{name} has {len(values)} rows, the mesh has {rows}")
-    root[kind].create_dataset(name, data=as_stored(values), **_PACKED)
+    _describe(root[kind].create_dataset(name, data=as_stored(values), **_PACKED), name)
     _new_offsets(root["Steps"][f"{kind}Offsets"], name)
 
 
@@ -94,6 +100,9 @@ def append_frame(root: Any, frame: Frame) -> None:
             _append_array(data, offsets, name, as_stored(values), rows, count)
         for name in constant:
             _extend(offsets[name], [0])
+    if "FieldData" in root:  # files of older versions have none
+        _extend(root["FieldData"][DISPLACEMENT], [frame.displacement])
+        _extend(steps["FieldDataOffsets"][DISPLACEMENT], [count])
     _extend(root["Points"], frame.points)
     _extend(steps["PointOffsets"], [count * points])
     for name, value in (("Values", [frame.time]), ("PartOffsets", [0]), ("NumberOfParts", [1])):
@@ -108,7 +117,10 @@ def _append_array(data: Any, offsets: Any, name: str, values: NDArray[Any], rows
         raise ValueError(f"{name} has {len(values)} rows, the mesh has {rows}")
     if name not in data:
         tail = values.shape[1:]
-        data.create_dataset(name, (0, *tail), values.dtype, maxshape=(None, *tail), chunks=values.shape, **_PACKED)
+        made = data.create_dataset(
+            name, (0, *tail), values.dtype, maxshape=(None, *tail), chunks=values.shape, **_PACKED
+        )
+        _describe(made, name)
         _new_offsets(offsets, name)
     if data[name].shape[1:] != values.shape[1:]:
         raise ValueError(f"{name} has shape {values.shape}, the steps before have {data[name].shape[1:]} components")
@@ -124,6 +136,9 @@ def truncate(root: Any, count: int) -> None:
     for name in ("Values", "PartOffsets", "NumberOfParts", "PointOffsets", "CellOffsets", "ConnectivityIdOffsets"):
         steps[name].resize(count, axis=0)
     root["Points"].resize(count * points, axis=0)
+    if "FieldData" in root:
+        root["FieldData"][DISPLACEMENT].resize(count, axis=0)
+        steps["FieldDataOffsets"][DISPLACEMENT].resize(count, axis=0)
     for kind, rows in (("PointData", points), ("CellData", cells)):
         data, offsets = root[kind], steps[f"{kind}Offsets"]
         for name in list(data):
@@ -134,6 +149,14 @@ def truncate(root: Any, count: int) -> None:
                 data[name].resize(count * rows, axis=0)
             else:
                 del data[name], offsets[name]
+
+
+def _describe(dataset: Any, name: str) -> None:
+    """Say in attributes what a field is, and its unit."""
+    found = FIELDS.get(name)
+    if found is not None:
+        parts = {"description": found.text, "unit": found.unit, "components": found.components}
+        dataset.attrs.update({key: text for key, text in parts.items() if text})
 
 
 def _new_offsets(group: Any, name: str) -> None:

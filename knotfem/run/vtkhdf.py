@@ -88,7 +88,13 @@ class VtkHdfSeries:
         return cls(path)
 
     def append(
-        self, time: float, points: Array, *, point_data: Arrays = _NOTHING, cell_data: Arrays = _NOTHING
+        self,
+        time: float,
+        points: Array,
+        *,
+        point_data: Arrays = _NOTHING,
+        cell_data: Arrays = _NOTHING,
+        displacement: float = float("nan"),
     ) -> None:
         """Add a step; all steps carry the same arrays.
 
@@ -98,6 +104,7 @@ class VtkHdfSeries:
             point_data: arrays on points, such as `contact_pressure` in MPa, shape (N,) or (N, c).
             cell_data: arrays on cells, such as `stress` in MPa, shape (E, 6) in ParaView's order xx yy zz xy yz xz,
                 `largest_principal_strain` or `pressure`, shape (E,).
+            displacement: of the reported end [mm].
 
         Raises:
             InputError: the disk is full or the file cannot be written; the steps before are kept.
@@ -110,6 +117,7 @@ class VtkHdfSeries:
             np.array(points, dtype=np.float64),
             {name: as_stored(values) for name, values in point_data.items()},
             {name: as_stored(values) for name, values in cell_data.items()},
+            displacement,
         )
         if not self._spare.exists():
             self._lagging = []

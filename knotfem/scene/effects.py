@@ -18,7 +18,7 @@ class Cylinder(Table):
     Attributes:
         name: for pairs.
         kind: always "cylinder".
-        diameter: [mm].
+        diameter: of the cylinder [mm].
         point: any point of its axis [mm].
         axis: direction, of any length.
         friction: Coulomb coefficient against every rod, unless a pair says otherwise.
@@ -78,7 +78,7 @@ class Gravity(Table):
     """Weight.
 
     Attributes:
-        acceleration: [mm/s^2].
+        acceleration: of free fall [mm/s^2].
         direction: of any length.
     """
 

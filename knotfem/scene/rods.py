@@ -53,7 +53,7 @@ class Material(Table):
         model: its law.
         youngs_modulus: E at small strain [MPa].
         bulk_over_shear: bulk over shear modulus; 500 is a Poisson's ratio of 0.499.
-        density: [tonne/mm^3].
+        density: mass over volume [tonne/mm^3].
         relaxation_time: of internal damping after Kelvin and Voigt, E (e + tau de/dt) [s]; 0 for none. Rod model only.
     """
 
@@ -83,8 +83,8 @@ class Core(Table):
     """A wire on the axis that carries axial force only.
 
     Attributes:
-        youngs_modulus: [MPa].
-        radius: [mm].
+        youngs_modulus: of the wire [MPa].
+        radius: of the wire [mm].
     """
 
     youngs_modulus: PositivePressure
@@ -173,8 +173,8 @@ class Rod(Table):
         scale: factor by which the coordinates of the curve are multiplied [mm per unit of the file], or the name of
             another rod, drawn in the same frame, whose factor is taken. The ends of the curve are then made straight
             and longer, or cut, so that it is as long as the rod.
-        length: [mm].
-        diameter: [mm].
+        length: of the rod, free of stress [mm].
+        diameter: of its circular cross-section [mm].
         rotation: of the scaled curve, before `origin`.
         origin: where the curve's own origin goes [mm].
         smoothing: of the curve.

@@ -234,8 +234,8 @@ class Pull(_Step):
         displacement: in the end's direction [mm].
         slip: ends the step once a free end has been drawn in by so much [mm], into what holds it; None takes it to its
             displacement.
-        speed: [mm/s]; needed in real time. Quasi-static, it relates the displacement to the time of tables and
-            schedules and changes nothing else; None for 1 mm/s.
+        speed: of the driven ends [mm/s]; needed in real time. Quasi-static, it relates the displacement to the time of
+            tables and schedules and changes nothing else; None for 1 mm/s.
     """
 
     driven: ClassVar[bool] = True
@@ -267,7 +267,7 @@ class Turn(_Step):
 
     Attributes:
         kind: always "turn".
-        duration: [s].
+        duration: of the step [s].
     """
 
     turning: ClassVar[bool] = True
@@ -281,7 +281,7 @@ class Load(_Step):
 
     Attributes:
         kind: always "load".
-        duration: [s].
+        duration: of the step [s].
         slip: ends the step once a free end has been drawn in by so much [mm], into what holds it; None takes it to its
             end.
     """
@@ -302,7 +302,7 @@ class Hold(_Step):
 
     Attributes:
         kind: always "hold".
-        duration: [s].
+        duration: of the step [s].
     """
 
     kind: Literal["hold"]

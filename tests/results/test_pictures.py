@@ -53,7 +53,7 @@ def test_other_colours_and_no_twist_at_all_take_the_limits_of_what_is_drawn(monk
 
 
 def test_what_cannot_be_drawn_is_refused(tmp_path):
-    with pytest.raises(InputError, match="this field is not stored; found pressure"):
+    with pytest.raises(InputError, match="this field is not stored; found contact-pressure"):
         drawn_state(tmp_path).render(tmp_path / "a.png", "pressure")
     with pytest.raises(InputError, match="no such colour; found red; expected strain"):
         drawn_state(tmp_path / "on").render(tmp_path / "a.png", "red")

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from knotfem.geometry.vectors import unit_edges
+from knotfem.mesh.rod import RodMesh
 from knotfem.models.solid.body import Body
 from knotfem.models.solid.stress import layer_forces, stress_state, symmetric
 from knotfem.solver.term import Role, Term
@@ -15,9 +16,9 @@ from knotfem.solver.term import Role, Term
 def fields(body: Body, terms: Sequence[Term], x: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
     """Point and cell fields of a state.
 
-    Points carry contact pressure, stress and largest principal strain (projected, see `Projection`); cells carry the
-    means of stress and pressure over each hexahedron, the largest principal strain of its mean, and the tension of its
-    slice.
+    Points carry contact pressure, stress, pressure and largest principal strain (projected, see `Projection`), and the
+    tension of their section; cells carry the means of stress and pressure over each hexahedron, the largest principal
+    strain of its mean, and the tension of its slice.
 
     Args:
         body: rods.
@@ -25,7 +26,7 @@ def fields(body: Body, terms: Sequence[Term], x: np.ndarray) -> tuple[dict[str, 
         x: positions [mm], shape [nodes, 3].
     """
     stress, strain, pressure, tension = [], [], [], []
-    nodal_stress, nodal_strain = [], []
+    nodal_stress, nodal_strain, nodal_tension = [], [], []
     for rod in body.rods:
         state = stress_state(x, rod.bulk)
         cauchy = state.cauchy.reshape(-1, 3, 3)
@@ -40,10 +41,13 @@ def fields(body: Body, terms: Sequence[Term], x: np.ndarray) -> tuple[dict[str, 
         at_nodes = state.nodal(rod.projection)
         nodal_stress.append(at_nodes[0])
         nodal_strain.append(at_nodes[1])
+        nodal_tension.append(_at_sections(force, rod.mesh))
     points = {
         "contact_pressure": _contact_pressure(body, terms),
         "stress": np.concatenate(nodal_stress),
+        "pressure": -np.concatenate(nodal_stress)[:, :3].mean(axis=1),
         "largest_principal_strain": np.concatenate(nodal_strain),
+        "tension": np.concatenate(nodal_tension),
     }
     cells = {
         "stress": np.concatenate(stress),
@@ -52,6 +56,14 @@ def fields(body: Body, terms: Sequence[Term], x: np.ndarray) -> tuple[dict[str, 
         "tension": np.concatenate(tension),
     }
     return points, cells
+
+
+def _at_sections(force: np.ndarray, mesh: RodMesh) -> np.ndarray:
+    """Values of slices at the nodes of all sections, between two slices their mean, shape [nodes]."""
+    sections = np.interp(np.arange(len(mesh.section_nodes)) / mesh.span, np.arange(len(force)) + 0.5, force)
+    nodes = np.empty(len(mesh.nodes))
+    nodes[mesh.section_nodes] = sections[:, None]
+    return nodes
 
 
 def _contact_pressure(body: Body, terms: Sequence[Term]) -> np.ndarray:

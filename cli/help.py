@@ -1,0 +1,36 @@
+"""`knotfem help`."""
+
+from __future__ import annotations
+
+import json
+
+import click
+
+from knotfem_cli.common import Verb, shared_options
+from knotfem_cli.text import width_of, wrapped
+
+
+@click.command(cls=Verb)
+@click.argument("key", required=False)
+@shared_options
+def help(key: str | None, overrides: tuple[str, ...], quiet: bool, log_format: str) -> None:
+    """Say what a key of a scene, a column or a field is.
+
+    Unit, default, bounds and meaning. Without a KEY, lists all keys of a scene.
+
+    \b
+    Example:
+      knotfem help contact.friction
+      knotfem help rods.0.mesh.element_length
+      knotfem help unrest_N
+    """
+    from knotfem.reference import look_up, scene_keys
+
+    text = "\n".join(found.path for found in scene_keys()) if key is None else look_up(key)
+    if log_format == "json":
+        click.echo(json.dumps({"help": text}))
+        return
+    width = width_of()
+    for line in text.splitlines():
+        indent = " " * (len(line) - len(line.lstrip()))
+        click.echo("\n".join(wrapped(line.strip(), width, indent)) if len(line) > (width or len(line)) else line)

@@ -1,0 +1,131 @@
+"""The reference is what the code says, complete, and found by any name."""
+
+import re
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from knotfem import reference, shipped
+from knotfem.errors import InputError
+from knotfem.run.column_meanings import COLUMNS, TABLES
+from knotfem.run.field_meanings import FIELDS
+from knotfem.scene import load_scene
+from knotfem_cli.main import knotfem_command
+
+FOLDER = Path(__file__).parents[2] / "docs" / "reference"
+
+
+def test_pages_are_what_the_code_says():
+    pages = reference.pages()
+    assert {path.name for path in FOLDER.glob("*.md")} == set(pages)
+    for name, text in pages.items():
+        assert (FOLDER / name).read_text() == text, "python -m knotfem.reference docs/reference writes it"
+
+
+def leaves(value: object, above: tuple[str, ...] = ()) -> set[tuple[str, ...]]:
+    if isinstance(value, dict):
+        return {leaf for key, entry in value.items() for leaf in leaves(entry, (*above, key))}
+    if isinstance(value, list) and value and isinstance(value[0], dict):
+        return {leaf for entry in value for leaf in leaves(entry, above)}
+    return {above}
+
+
+@pytest.mark.parametrize("name", ["bowline", "bowline-lowered", "sheet-bend", "cantilever"])
+def test_every_key_of_a_scene_has_an_entry(name):
+    assert name in shipped.scene_names()
+    known = {key.plain for key in reference.scene_keys()}
+    rods = [rod.name for rod in load_scene(name).rods]
+    written = {
+        tuple(part for part in leaf if part not in rods) for leaf in leaves(load_scene(name).model_dump(mode="json"))
+    }
+    assert written - known == set()
+
+
+def test_every_key_has_a_meaning_and_a_kind():
+    for key in reference.scene_keys():
+        assert key.kind, key.path
+        assert re.sub(r"\[[^]]*\]", "", key.meaning).strip(" ."), key.path
+
+
+def test_every_column_has_a_meaning():
+    assert {name for columns in TABLES.values() for name in columns} == set(COLUMNS)
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("contact.friction", "default  0.33"),
+        ("rods.0.length", "length [mm], > 0"),
+        ("rods.0.centreline", "a shipped name"),
+        ("steps.pull.speed", "steps.N[pull].speed"),
+        ("unrest_N", "dynamic residual"),
+        ("stress", "xx, yy, zz, xy, yz, xz"),
+        ("pressure", "not that of contacts"),
+        ("element", '"hex8-reduced"'),
+    ],
+)
+def test_help_of_a_name(name, said):
+    result = CliRunner().invoke(knotfem_command, ["help", name], env={"COLUMNS": "200"})
+    assert result.exit_code == 0
+    assert said in result.output
+
+
+def test_names_that_several_things_have_are_all_told():
+    text = reference.look_up("friction")
+    assert all(path in text for path in ("contact.friction", "obstacles.N.friction", "contact.pairs.N.friction"))
+    assert text.count("column of") == 0
+    assert reference.look_up("twist").count("\n\n") == 1
+
+
+def test_what_nothing_is_called():
+    with pytest.raises(InputError, match=r'found "contact\.fricton"; expected "friction"'):
+        reference.look_up("contact.fricton")
+
+
+def test_fields_of_both_models_have_an_entry(tmp_path):
+    import knotfem as kf
+
+    coarse = {
+        "rods.rod.length": "400 mm", "rods.rod.mesh.element_length": "10 mm", "rods.rod.mesh.section_elements": 4,
+        "contact.enabled": False, "tie.path": "direct", "steps.pull.displacement": "1 mm", "solver.threads": 1,
+    }  # fmt: skip
+    common = []
+    for model in ("fem", "rod"):
+        folder = tmp_path / model
+        run = kf.pull("overhand", {**coarse, "model": model}, out=folder)
+        fields = run.states[-1].fields
+        assert set(fields.point_data) | set(fields.cell_data) == {
+            name for name, field in FIELDS.items() if model in field.models and field.places != "field data"
+        }
+        assert set(fields.cell_data) <= set(fields.point_data)
+        common.append(set(fields.point_data))
+        assert_described(folder / "results.vtkhdf", [state.displacement for state in run.states])
+    assert common[0] & common[1] >= {"displacement", "tension", "contact_pressure", "largest_principal_strain"}
+
+
+def assert_described(file: Path, displacements: list[float]) -> None:
+    import h5py
+    import numpy as np
+    import pyvista
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    with h5py.File(file) as opened:
+        root = opened["VTKHDF"]
+        assert isinstance(root, h5py.Group)
+        for kind in ("PointData", "CellData", "FieldData"):
+            group = root[kind]
+            assert isinstance(group, h5py.Group)
+            for name, data in group.items():
+                assert (data.attrs["description"], data.attrs["unit"]) == (FIELDS[name].text, FIELDS[name].unit)
+                assert data.attrs.get("components", "") == FIELDS[name].components
+    reader = pyvista.get_reader(str(file)).reader  # has no steps of its own; that of VTK has
+    reader.UpdateInformation()
+    assert reader.GetNumberOfSteps() == len(displacements)
+    found = []
+    for step in range(len(displacements)):
+        reader.SetStep(step)
+        reader.Update()
+        (value,) = vtk_to_numpy(reader.GetOutput().GetFieldData().GetArray("displacement_mm"))
+        found.append(value)
+    np.testing.assert_allclose(found, displacements, rtol=1e-6, atol=1e-9)
