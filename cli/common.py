@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 F = TypeVar("F", bound=Callable[..., Any])
 
+LONG = 3600.0
+"""Computations that are expected to take longer are asked about [s]."""
 HIGHLIGHTS = (
     "steps",
     "newton_iterations",
@@ -58,6 +60,7 @@ rope_option = click.option(
     multiple=True,
     help='The scene for your own rope: diameter="10 mm" youngs_modulus="5 MPa" friction=0.25 obstacle_friction=0.3.',
 )
+yes_option = click.option("--yes", is_flag=True, help="Do not ask before more than an hour of computation.")
 at_option = click.option(
     "--at", metavar="LENGTH", help='A stored displacement over all steps, such as "60 mm"; the last by default.'
 )
@@ -165,6 +168,32 @@ def scene_for(source: str, overrides: Sequence[str], rope: tuple[str, ...]) -> S
     from knotfem.scene.rope import rope_of
 
     return load_scene(source, overrides, rope=rope_of(rope))
+
+
+def ask_if_long(seconds: float, yes: bool, limit: float | None = None) -> None:
+    """Ask whether to begin what is expected to take more than `LONG`.
+
+    Args:
+        seconds: that are expected [s].
+        yes: whether the answer was given in advance.
+        limit: after which it ends anyway [s], or None.
+
+    Raises:
+        InputError: nobody can be asked.
+    """
+    if yes or min(seconds, math.inf if limit is None else limit) <= LONG:
+        return
+    said = f"about {seconds / 3600.0:.2g} h of computation are expected, within a factor of three"
+    if not sys.stdin.isatty():
+        raise InputError(said, expected="--yes to begin it, or fewer elements, a shorter pull, --model rod")
+    click.confirm(f"{said}. Begin it?", abort=True, err=True)
+
+
+def ask_before(scene: Scene, yes: bool) -> None:
+    """Ask whether to run a scene that is expected to take long; see `ask_if_long`."""
+    from knotfem.run.expected import expected_seconds
+
+    ask_if_long(expected_seconds(scene), yes, scene.solver.time_limit)
 
 
 def displacement(at: str | None, option: str = "--at") -> float | None:

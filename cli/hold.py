@@ -6,8 +6,10 @@ from pathlib import Path
 
 import click
 
+import knotfem as kf
 from knotfem_cli.common import (
     Verb,
+    ask_before,
     force_option,
     model_option,
     output_option,
@@ -15,6 +17,7 @@ from knotfem_cli.common import (
     shared_options,
     show_run,
     with_model,
+    yes_option,
 )
 
 
@@ -28,6 +31,7 @@ from knotfem_cli.common import (
 @click.option("--displacement", metavar="LENGTH", help="Of the pull at most; 5 times the slip by default.")
 @click.option("--free-load", type=float, default=0.0, help="Force on a free end over the one that tightens.")
 @click.option("--direction", metavar="X,Y,Z", help="Of this force; opposite to the pull by default.")
+@yes_option
 @shared_options
 def hold(
     scene: str,
@@ -39,6 +43,7 @@ def hold(
     displacement: str | None,
     free_load: float,
     direction: str | None,
+    yes: bool,
     overrides: tuple[str, ...],
     quiet: bool,
     log_format: str,
@@ -56,13 +61,14 @@ def hold(
       knotfem hold clove-hitch --model rod --tighten "2 N" --slip "3 mm" -o hitch
     """
     from knotfem.study.dead_load import free_directions
-    from knotfem.study.holding import hold as hold_it
+    from knotfem.study.holding import holding_scene
     from knotfem.study.stability.grid import numbers
 
     chosen = with_model(overrides, model)
     free = None if direction is None else free_directions(scene, chosen, numbers(direction, "--direction"))
-    run = hold_it(
-        scene, chosen, tighten=tighten, slip=slip, displacement=displacement, free=free, free_load=free_load,
-        out=output or True, force=force, progress=progress_of(quiet, log_format),
+    wanted = holding_scene(
+        scene, tighten, chosen, slip=slip, displacement=displacement, free=free, free_load=free_load
     )  # fmt: skip
+    ask_before(wanted, yes)
+    run = kf.pull(wanted, out=output or True, force=force, progress=progress_of(quiet, log_format))
     show_run(run, quiet, log_format)

@@ -12,6 +12,7 @@ import knotfem as kf
 from knotfem.errors import InputError, NotConverged
 from knotfem_cli.common import (
     Verb,
+    ask_before,
     engine_options,
     force_option,
     from_option,
@@ -24,6 +25,7 @@ from knotfem_cli.common import (
     shared_options,
     show_run,
     with_model,
+    yes_option,
 )
 
 if TYPE_CHECKING:
@@ -44,6 +46,7 @@ if TYPE_CHECKING:
 @click.option("--budget", metavar="TIME", help='With --check: begin nothing that would end later, such as "1h".')
 @engine_options
 @rope_option
+@yes_option
 @shared_options
 def pull(
     source: str,
@@ -59,6 +62,7 @@ def pull(
     scheduler: str | None,
     cluster: Path | None,
     rope: tuple[str, ...],
+    yes: bool,
     overrides: tuple[str, ...],
     quiet: bool,
     log_format: str,
@@ -121,10 +125,14 @@ def pull(
     shadowed = RunDirectory.shadowed(source)
     if shadowed is not None:
         progress.message(shadowed)
-    scene: Scene | Path | str = source if shadowed is None else Path(source)
-    if rope:
+    scene: Scene | Path
+    if RunDirectory.is_run(source):
+        scene = Path(source)
+    else:
         scene, chosen = scene_for(source, chosen, rope), ()
-        progress.message(f"rope: {scene.rope}")
+        ask_before(scene, yes)
+        if rope:
+            progress.message(f"rope: {scene.rope}")
     run = kf.pull(
         scene,
         chosen,

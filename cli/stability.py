@@ -6,7 +6,16 @@ from pathlib import Path
 
 import click
 
-from knotfem_cli.common import Verb, engine_options, json_text, output_option, shared_options, show_estimate
+from knotfem_cli.common import (
+    Verb,
+    ask_if_long,
+    engine_options,
+    json_text,
+    output_option,
+    shared_options,
+    show_estimate,
+    yes_option,
+)
 
 
 @click.command(cls=Verb)
@@ -26,6 +35,7 @@ from knotfem_cli.common import Verb, engine_options, json_text, output_option, s
 @click.option("--overlay", type=click.Path(path_type=Path), multiple=True, metavar="FOLDER",
               help="Another stability study whose boundaries are drawn, too; repeatable.")  # fmt: skip
 @click.option("--dry-run", is_flag=True, help="Say how many runs and hours; run nothing.")
+@yes_option
 @engine_options
 @shared_options
 def stability(
@@ -42,6 +52,7 @@ def stability(
     ramp: str | None,
     overlay: tuple[Path, ...],
     dry_run: bool,
+    yes: bool,
     processes: int | None,
     scheduler: str | None,
     cluster: Path | None,
@@ -81,11 +92,12 @@ def stability(
     }
     if direction is not None:
         given["free"] = free_directions(scene, overrides, numbers(direction, "--direction"))
+    asked = run.asked_of(scene, overrides, loaded=None, **{"free": None, **given})
+    found = asked.cost(run.folder_of(asked, output), place_of(processes, scheduler, cluster))
     if dry_run:
-        asked = run.asked_of(scene, overrides, loaded=None, **{"free": None, **given})
-        found = asked.cost(run.folder_of(asked, output), place_of(processes, scheduler, cluster))
         show_estimate(found, quiet, log_format)
         return
+    ask_if_long(3600.0 * found["expected_hours"], yes)
     others = {folder.name: open_stability(folder) for folder in overlay}
     diagram = run.stability(
         scene, overrides, out=output, jobs=processes, scheduler=scheduler, cluster=cluster,

@@ -8,6 +8,7 @@ import click
 
 from knotfem_cli.common import (
     Verb,
+    ask_if_long,
     engine_options,
     json_text,
     model_option,
@@ -15,6 +16,7 @@ from knotfem_cli.common import (
     shared_options,
     show_estimate,
     with_model,
+    yes_option,
 )
 
 
@@ -24,6 +26,7 @@ from knotfem_cli.common import (
 @engine_options
 @click.option("--dry-run", is_flag=True, help="Say how many runs, hours and how much memory; run nothing.")
 @model_option
+@yes_option
 @shared_options
 def sweep(
     study: Path,
@@ -33,6 +36,7 @@ def sweep(
     cluster: Path | None,
     dry_run: bool,
     model: str | None,
+    yes: bool,
     overrides: tuple[str, ...],
     quiet: bool,
     log_format: str,
@@ -56,10 +60,11 @@ def sweep(
     from knotfem.study.sweep import run
 
     chosen = with_model(overrides, model)
+    found = run.estimate(study, chosen, out=output, place=place_of(processes, scheduler, cluster))
     if dry_run:
-        found = run.estimate(study, chosen, out=output, place=place_of(processes, scheduler, cluster))
         show_estimate(found, quiet, log_format)
         return
+    ask_if_long(3600.0 * found["expected_hours"], yes)
     table = run.sweep(
         study,
         chosen,

@@ -9,6 +9,7 @@ import click
 import knotfem as kf
 from knotfem_cli.common import (
     Verb,
+    ask_before,
     force_option,
     from_option,
     last_option,
@@ -20,6 +21,7 @@ from knotfem_cli.common import (
     shared_options,
     show_run,
     with_model,
+    yes_option,
 )
 
 
@@ -37,6 +39,7 @@ from knotfem_cli.common import (
     help="The mapping; as the scene says by default.",
 )
 @rope_option
+@yes_option
 @shared_options
 def tie(
     scene: str,
@@ -47,6 +50,7 @@ def tie(
     last: bool,
     tie_path: str | None,
     rope: tuple[str, ...],
+    yes: bool,
     overrides: tuple[str, ...],
     quiet: bool,
     log_format: str,
@@ -66,10 +70,9 @@ def tie(
     chosen = overrides if tie_path is None else (*overrides, f"tie.path={tie_path}")
     progress = progress_of(quiet, log_format)
     chosen = with_model(chosen, model, from_run, last)
+    source = scene_for(scene, chosen, rope)
     if rope:
-        source, chosen = scene_for(scene, chosen, rope), ()
         progress.message(f"rope: {source.rope}")
-    else:
-        source = scene
-    run = kf.tie(source, chosen, out=output or True, force=force, progress=progress)
+    ask_before(source.model_copy(update={"steps": source.tying_steps}), yes)
+    run = kf.tie(source, out=output or True, force=force, progress=progress)
     show_run(run, quiet, log_format)

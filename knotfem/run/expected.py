@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cache
 
@@ -15,10 +16,13 @@ from knotfem.scene.steps import Pull
 
 MEMORY_MB = (330.0, 0.021)
 """Memory of a run: in all, and for each unknown; measured on the bowline at 15,000 and 96,000 unknowns."""
+SAMPLE_MB = 5.3e-4
+"""Of a contact sample on a surface; measured on the bowline with 29,000 and 816,000 samples."""
+SAMPLES_PER_AREA = 1.5
+"""Samples on a surface over its area divided by the square of their largest distance: they lie at equal distances in
+each element."""
 ITERATIONS_PER_STEP = 4.0
 """Of Newton's method at the least, where the step limit keeps time steps short."""
-ITERATIONS_PER_OTHER_STEP = 200.0
-"""Of Newton's method, in a step of the scene that pulls nothing."""
 
 
 @dataclass(frozen=True)
@@ -26,17 +30,17 @@ class Cost:
     """What runs of a model were measured to take.
 
     Attributes:
-        factor, power: wall seconds of a Newton iteration, factor times unknowns to the power; measured on the bowline
-            at 15,000 and 96,000 unknowns on two cores, of discrete rods on one.
-        per_mm: Newton iterations for each mm of a pull.
-        relaxing: Newton iterations before it.
+        factor, power: CPU seconds of a Newton iteration with one thread, factor times unknowns to the power; measured
+            on the bowline at 15,000 and 96,000 unknowns and on the figure-eight.
+        per_mm: Newton iterations for each mm of a pull: 15 in the bowline, 13 to 48 in the figure-eight.
+        settling: Newton iterations of a step that pulls nothing, such as one that relaxes, loads or lets go.
         width: unknowns of a node.
     """
 
     factor: float
     power: float
     per_mm: float
-    relaxing: float
+    settling: float
     width: int
 
     def seconds_per_iteration(self, unknowns: int) -> float:
@@ -44,28 +48,29 @@ class Cost:
         return self.factor * unknowns**self.power
 
 
-COSTS = {"fem": Cost(4.4e-8, 1.5, 11.0, 150.0, 3), "rod": Cost(6.5e-6, 1.0, 6.0, 90.0, 4)}
+COSTS = {"fem": Cost(7.3e-8, 1.5, 25.0, 500.0, 3), "rod": Cost(8.3e-6, 1.0, 13.0, 350.0, 4)}
 
 
 def expected_seconds(scene: Scene, unknowns: int | None = None) -> float:
-    """Wall time of a run [s] once its kernels are loaded; right within a factor of three.
+    """CPU time of a run with one thread [s] once its kernels are loaded; right within a factor of three.
 
     Args:
         scene: what is run.
         unknowns: None to count them.
     """
     cost = COSTS[scene.model]
-    pulled = sum(step.displacement for step in scene.loading_steps if isinstance(step, Pull))
-    others = sum(not isinstance(step, Pull) for step in scene.loading_steps)
+    pulled = sum(step.displacement for step in scene.steps if isinstance(step, Pull))
+    others = sum(not isinstance(step, Pull) for step in scene.steps)
     short = ITERATIONS_PER_STEP * pulled / (scene.solver.move_over_diameter * scene.diameter)
-    iterations = cost.relaxing * bool(scene.tying_steps)
-    iterations += max(cost.per_mm * pulled, short) + ITERATIONS_PER_OTHER_STEP * others
+    iterations = max(cost.per_mm * pulled, short) + cost.settling * others
     return iterations * cost.seconds_per_iteration(count_unknowns(scene) if unknowns is None else unknowns)
 
 
 def expected_memory_mb(scene: Scene, unknowns: int | None = None) -> float:
     """Memory of a run [MB]; see `expected_seconds`."""
-    return MEMORY_MB[0] + MEMORY_MB[1] * (count_unknowns(scene) if unknowns is None else unknowns)
+    samples = _surface_samples(scene) if scene.contact.enabled and scene.model == "fem" else 0.0
+    in_all, each = MEMORY_MB
+    return in_all + each * (count_unknowns(scene) if unknowns is None else unknowns) + SAMPLE_MB * samples
 
 
 def refuse_too_large(scene: Scene) -> None:
@@ -77,8 +82,8 @@ def refuse_too_large(scene: Scene) -> None:
     needed, there = expected_memory_mb(scene), machine_memory_mb()
     if needed > there:
         problem = "needs more memory than this machine has"
-        expected = f"at most {there / 1024:.3g} GB; larger elements or fewer rods need less"
-        found = f"about {needed / 1024:.3g} GB for {count_unknowns(scene):,} unknowns"
+        expected = f"at most {there / 1024:.3g} GB; larger elements, fewer rods or samples further apart need less"
+        found = f"about {needed / 1024:.3g} GB for {count_unknowns(scene):,} unknowns and their contact samples"
         raise InputError(problem, key="rods.mesh.element_length", found=found, expected=expected)
 
 
@@ -95,6 +100,11 @@ def count_unknowns(scene: Scene) -> int:
     section = _section_nodes if scene.model == "fem" else lambda rod: 1
     rods = zip(scene.rods, slices_of(scene), strict=True)
     return sum(width * (slices.count + 1) * section(rod) for rod, slices in rods)
+
+
+def _surface_samples(scene: Scene) -> float:
+    spacing = scene.contact.sample_spacing_over_diameter * scene.diameter
+    return SAMPLES_PER_AREA * sum(math.pi * rod.diameter * rod.length for rod in scene.rods) / spacing**2
 
 
 def _section_nodes(rod: Rod) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sized
 from itertools import combinations_with_replacement
 from typing import Annotated, Any, Literal, Self
 
@@ -20,6 +21,9 @@ LARGEST_MOVE = 4.0 / 3.0
 
 LARGEST_TOLERANCE = 1e-3
 """Of `solver.force_tolerance`, in units of B/r^2; resultants may err ten times as much, a third of a loose knot's."""
+
+MOST_STEPS = 10_000
+"""Of a scene, which is read within seconds."""
 
 MOST_OUTPUTS = 1e6
 """Of a step."""
@@ -161,6 +165,13 @@ class Scene(Table):
                     )
         return rods
 
+    @field_validator("steps", mode="before")
+    @classmethod
+    def _count_steps(cls, steps: Any) -> Any:
+        if isinstance(steps, Sized) and len(steps) > MOST_STEPS:
+            raise refusal("too many", found=f"{len(steps):,} steps", expected=f"at most {MOST_STEPS:,}, longer ones")
+        return steps
+
     @field_validator("steps")
     @classmethod
     def _complete_steps(cls, steps: tuple[Step, ...], info: ValidationInfo) -> tuple[Step, ...]:
@@ -170,17 +181,20 @@ class Scene(Table):
         rods = [rod.name for rod in info.data["rods"]]
         complete: list[Step] = []
         taken = {step.name for step in steps if step.name}
+        names: set[str] = set()
+        counts: dict[str, int] = {}
         for index, step in enumerate(steps):
             for rod in step.ends:
                 known_name(rod, rods, "rod", at=f"{index}.ends.{rod}")
-            name = step.name or _free_name(step.kind, taken)
-            if name in (other.name for other in complete):
+            name = step.name or _free_name(step.kind, taken, counts)
+            if name in names:
                 raise refusal("used twice", at=f"{index}.name", found=f'"{name}"', expected="a name of its own")
             ends = {rod: step.ends.get(rod, RodEnds()) for rod in rods}
             stages = step.stages(name) if isinstance(step, Relax) else (step.model_copy(update={"name": name}),)
             for stage in stages[1:]:
                 if stage.name in taken:
                     raise refusal("used twice", at=f"{index}.name", found=f'"{stage.name}"', expected="another name")
+            names |= {stage.name for stage in stages}
             taken |= {stage.name for stage in stages}
             complete += [stage.model_copy(update={"ends": ends}) for stage in stages]
         return tuple(complete)
@@ -279,6 +293,11 @@ class Scene(Table):
         return self
 
 
-def _free_name(kind: str, taken: set[str]) -> str:
-    names = (kind if count == 1 else f"{kind}-{count}" for count in range(1, len(taken) + 2))
-    return next(name for name in names if name not in taken)
+def _free_name(kind: str, taken: set[str], counts: dict[str, int]) -> str:
+    """A name that no step has; `counts` of kinds that have been named so far goes on."""
+    for count in range(counts.get(kind, 0) + 1, len(taken) + 2):
+        name = kind if count == 1 else f"{kind}-{count}"
+        if name not in taken:
+            counts[kind] = count
+            return name
+    raise AssertionError("there are more names than steps")
