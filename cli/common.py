@@ -170,6 +170,11 @@ def scene_for(source: str, overrides: Sequence[str], rope: tuple[str, ...]) -> S
     return load_scene(source, overrides, rope=rope_of(rope))
 
 
+def asks() -> bool:
+    """Whether somebody sits at a terminal who can be asked."""
+    return sys.stdin.isatty()
+
+
 def ask_if_long(seconds: float, yes: bool, limit: float | None = None) -> None:
     """Ask whether to begin what is expected to take more than `LONG`.
 
@@ -184,7 +189,7 @@ def ask_if_long(seconds: float, yes: bool, limit: float | None = None) -> None:
     if yes or min(seconds, math.inf if limit is None else limit) <= LONG:
         return
     said = f"about {seconds / 3600.0:.2g} h of computation are expected, within a factor of three"
-    if not sys.stdin.isatty():
+    if not asks():
         raise InputError(said, expected="--yes to begin it, or fewer elements, a shorter pull, --model rod")
     click.confirm(f"{said}. Begin it?", abort=True, err=True)
 

@@ -126,7 +126,7 @@ def pull(
     if shadowed is not None:
         progress.message(shadowed)
     scene: Scene | Path
-    if RunDirectory.is_run(source):
+    if RunDirectory.means_run(source):
         scene = Path(source)
     else:
         scene, chosen = scene_for(source, chosen, rope), ()

@@ -27,7 +27,6 @@ from knotfem.run.step_report import report_of
 from knotfem.run.stop import StopRequest
 from knotfem.scene.load import Overrides, load_scene
 from knotfem.scene.model import Scene
-from knotfem.shipped import scene_names
 from knotfem.solver.nonlinear.newton import Interrupt
 from knotfem.solver.term import Term
 
@@ -268,8 +267,7 @@ def _scene(source: Scene | Run | str | Path, overrides: Overrides) -> Scene:
 def _as_run(source: Scene | Run | str | Path) -> Run | None:
     if not isinstance(source, str | Path):
         return source if isinstance(source, Run) else None
-    folder = RunDirectory.is_run(source) or (Path(source).is_dir() and str(source) not in scene_names())
-    return open_run(source) if folder else None
+    return open_run(source) if RunDirectory.means_run(source) else None
 
 
 def _in_memory(out: Out) -> bool:

@@ -32,14 +32,15 @@ class Cost:
     Attributes:
         factor, power: CPU seconds of a Newton iteration with one thread, factor times unknowns to the power; measured
             on the bowline at 15,000 and 96,000 unknowns and on the figure-eight.
-        per_mm: Newton iterations for each mm of a pull: 15 in the bowline, 13 to 48 in the figure-eight.
+        per_diameter: Newton iterations for each diameter of a pull: 90 in the bowline, 290 in the figure-eight of
+            hexahedra.
         settling: Newton iterations of a step that pulls nothing, such as one that relaxes, loads or lets go.
         width: unknowns of a node.
     """
 
     factor: float
     power: float
-    per_mm: float
+    per_diameter: float
     settling: float
     width: int
 
@@ -48,7 +49,7 @@ class Cost:
         return self.factor * unknowns**self.power
 
 
-COSTS = {"fem": Cost(7.3e-8, 1.5, 25.0, 500.0, 3), "rod": Cost(8.3e-6, 1.0, 13.0, 350.0, 4)}
+COSTS = {"fem": Cost(7.3e-8, 1.5, 150.0, 500.0, 3), "rod": Cost(8.3e-6, 1.0, 80.0, 350.0, 4)}
 
 
 def expected_seconds(scene: Scene, unknowns: int | None = None) -> float:
@@ -61,8 +62,8 @@ def expected_seconds(scene: Scene, unknowns: int | None = None) -> float:
     cost = COSTS[scene.model]
     pulled = sum(step.displacement for step in scene.steps if isinstance(step, Pull))
     others = sum(not isinstance(step, Pull) for step in scene.steps)
-    short = ITERATIONS_PER_STEP * pulled / (scene.solver.move_over_diameter * scene.diameter)
-    iterations = max(cost.per_mm * pulled, short) + cost.settling * others
+    per_diameter = max(cost.per_diameter, ITERATIONS_PER_STEP / scene.solver.move_over_diameter)
+    iterations = per_diameter * pulled / scene.diameter + cost.settling * others
     return iterations * cost.seconds_per_iteration(count_unknowns(scene) if unknowns is None else unknowns)
 
 

@@ -44,6 +44,20 @@ def test_a_file_of_any_size_is_not_read(tmp_path: Path) -> None:
         read_toml(path)
 
 
+def test_samples_take_memory() -> None:
+    memory = [
+        expected.expected_memory_mb(load_scene("bowline", {"contact.sample_spacing_over_diameter": spacing}))
+        for spacing in (0.125, 0.02)
+    ]
+    assert 300.0 < memory[1] - memory[0] < 700.0
+
+
+def test_more_steps_than_anybody_writes_are_refused() -> None:
+    steps = [{"kind": "hold", "duration": "1 s"}] * 10_001
+    with pytest.raises(InputError, match="steps: too many; found 10,001 steps; expected at most 10,000"):
+        load_scene("overhand", {"steps": steps})
+
+
 @pytest.mark.parametrize("spacing", ["1e-9", "1e-5", "2.0"])
 def test_samples_beyond_reason_are_refused(spacing: str) -> None:
     with pytest.raises(InputError, match="sample_spacing_over_diameter"):
