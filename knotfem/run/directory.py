@@ -81,7 +81,7 @@ class RunDirectory:
 
     @classmethod
     def means_run(cls, source: str | Path) -> bool:
-        """Whether a source means a run, not a scene: its folder, or a folder that has not the name of a shipped scene."""
+        """Whether a source means a run, not a scene: its folder, or one that has not the name of a shipped scene."""
         return cls.is_run(source) or (Path(source).is_dir() and str(source) not in scene_names())
 
     @classmethod
