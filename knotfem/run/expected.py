@@ -49,7 +49,7 @@ class Cost:
         return self.factor * unknowns**self.power
 
 
-COSTS = {"fem": Cost(7.3e-8, 1.5, 150.0, 500.0, 3), "rod": Cost(8.3e-6, 1.0, 80.0, 350.0, 4)}
+COSTS = {"fem": Cost(2.38e-7, 1.381, 150.0, 500.0, 3), "rod": Cost(8.3e-6, 1.0, 80.0, 350.0, 4)}
 
 
 def expected_seconds(scene: Scene, unknowns: int | None = None) -> float:

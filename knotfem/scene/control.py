@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from knotfem.scene.quantity import PositiveDuration, PositiveForce, PositiveLength
 from knotfem.scene.table import Flag, Integer, Number, Table
@@ -88,15 +88,10 @@ class Accuracy(Table):
         level: refinement level whose settings these are; older scenes name it "rung".
     """
 
+    older: ClassVar[Mapping[str, str]] = OLDER_KEYS
+
     wanted: Annotated[Number, Field(gt=0.0)]
     measured: Annotated[Number, Field(ge=0.0)]
     quantity: str
     scene: str
     level: str
-
-    @model_validator(mode="before")
-    @classmethod
-    def _read_older(cls, data: Any) -> Any:
-        if not isinstance(data, Mapping) or "level" in data:
-            return data
-        return {OLDER_KEYS.get(key, key): value for key, value in data.items()}

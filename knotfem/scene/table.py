@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from os import PathLike
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import (
     AfterValidator,
@@ -29,6 +29,8 @@ class Table(BaseModel):
     """A table of the scene file."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
+    older: ClassVar[Mapping[str, str]] = {}
+    """Keys by names that they had in older scenes, which are read as well."""
 
     @model_validator(mode="wrap")
     @classmethod
@@ -36,6 +38,7 @@ class Table(BaseModel):
         """All unknown and missing keys, besides what is wrong with those that are there."""
         if not isinstance(data, Mapping):
             return validate(data)
+        data = {new if (new := cls.older.get(key, key)) not in data else key: value for key, value in data.items()}
         known = {key: value for key, value in data.items() if key in cls.model_fields}
         missing = [key for key, field in cls.model_fields.items() if field.is_required() and key not in data]
         problems = [

@@ -125,7 +125,7 @@ def test_option_takes_all_that_follows(tmp_path):
     file = tmp_path / "mine.toml"
     result = call("check", "bowline", "--rope", "diameter=10 mm", "friction=0.25", "--model", "rod", "-o", str(file))
     assert result.exit_code == 0
-    assert "lengths and speeds x 1.667" in result.stdout
+    assert "lengths and speeds x 1.667" in " ".join(result.stdout.split())
     scene = load_scene(file)
     assert (scene.diameter, scene.contact.friction, scene.model) == (10.0, 0.25, "rod")
     for wrong, said in (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -192,5 +193,5 @@ class Search:
             scale_of(quantity, base.quantities[quantity]),
             tuple(self._changes),
             ended,
-            sum(self._read[name].cpu["total"] for name in done),
+            math.fsum(self._read[name].cpu["total"] for name in done),
         )
