@@ -72,3 +72,5 @@ def hold(
     ask_before(wanted, yes)
     run = kf.pull(wanted, out=output or True, force=force, progress=progress_of(quiet, log_format))
     show_run(run, quiet, log_format)
+    if run.holding() is None and not quiet and log_format == "text":
+        click.echo("holding force 0: the knot was lost before it was pulled", err=True)

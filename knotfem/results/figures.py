@@ -55,5 +55,5 @@ class RunFigures:
             return
         last = stored.profile()
         curves = {"" if len(last.rods) == 1 else rod: last.of(rod).table for rod in sorted(last.rods)}
-        applied = force_at(done, last.time) or float(np.abs(last.tension).max()) or 1.0
+        applied = force_at(done, last.moment) or float(np.abs(last.tension).max()) or 1.0
         plots.plot_tension(curves, run.path / "tension.png", applied=applied)

@@ -10,6 +10,7 @@ import numpy as np
 from knotfem.errors import InputError
 from knotfem.models.plausible import PROMISED
 from knotfem.results.base import RunData, displacement_of, frame_of
+from knotfem.results.moment import Moment
 from knotfem.run.columns import RUNNING
 from knotfem.scene.steps import Pull
 from knotfem.solver.nonlinear.tolerance import ForceTolerance
@@ -47,7 +48,7 @@ class ForceCurve:
     band: float | None = None
 
     def at(self, displacement: np.ndarray | float | str) -> np.ndarray:
-        """Force at displacements within the curve [N].
+        """Force at displacements within the curve [N]; where it jumps at one of them, before the jump.
 
         Args:
             displacement: [mm], of any shape, or a text such as "60 mm".
@@ -64,7 +65,9 @@ class ForceCurve:
         if outside.any():
             found, expected = f"{float(wanted[outside].flat[0]):g} mm", f"{first:.4g} to {last:.4g} mm"
             raise InputError("outside the curve", file=self.run.path, key="at", found=found, expected=expected)
-        return np.asarray(np.interp(wanted, self.displacement, self.force))
+        first = np.minimum(np.searchsorted(self.displacement, wanted), self.displacement.size - 1)
+        there = self.displacement[first] == wanted
+        return np.where(there, self.force[first], np.interp(wanted, self.displacement, self.force))
 
     @property
     def drawn(self) -> tuple[np.ndarray, np.ndarray]:
@@ -146,16 +149,20 @@ def band_of(run: RunData) -> float | None:
     return (run.summary.get("accuracy") or {}).get("band_N")
 
 
-def force_at(run: RunData, time: float) -> float:
-    """Force at the reported end at a time [N]; 0 where no loading step is stored or before the first.
+def force_at(run: RunData, moment: Moment) -> float:
+    """Force at the reported end in a stored state [N]; 0 where no loading step is stored or before the first.
 
     Args:
         run: any.
-        time: [s].
+        moment: of the state. At one time loads may stand still while rods settle, and a step may begin: the last row of
+            the state's own step counts.
     """
     table = run.table("force")
-    times = table.get("time_s", np.zeros(0))
-    return float(np.interp(time, times, table["force_N"], left=0.0)) if times.size else 0.0
+    times, force = table.get("time_s", np.zeros(0)), table.get("force_N", np.zeros(0))
+    own = table["step"] == moment.step if "step" in table else np.zeros(times.size, dtype=bool)
+    if own.any():
+        times, force = times[own], force[own]
+    return float(np.interp(moment.time, times, force, left=0.0)) if times.size else 0.0
 
 
 def unrest_notes(run: RunData) -> list[str]:

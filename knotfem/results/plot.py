@@ -150,7 +150,7 @@ def _draw_forces(
 def _draw_tensions(
     axes: Axes, runs: Mapping[str, tuple[Run, TensionProfile]], axis: DisplacementAxis | None, named: bool
 ) -> None:
-    forces = {label: force_at(run, profile.time) for label, (run, profile) in runs.items()}
+    forces = {label: force_at(run, profile.moment) for label, (run, profile) in runs.items()}
     over_force = all(force != 0.0 for force in forces.values())
     along = "arclength_mm" if axis == "mm" else "s_over_L"
     tables = {}

@@ -11,7 +11,8 @@ import numpy as np
 
 from knotfem.errors import InputError
 from knotfem.geometry.clearance import close_strands
-from knotfem.results.force import ForceCurve
+from knotfem.results.force import ForceCurve, force_at
+from knotfem.results.moment import Moment
 from knotfem.results.profile import StoredStates, stored_states
 from knotfem.types import Arrays
 
@@ -97,21 +98,21 @@ def _nothing_in(curve: ForceCurve, name: str) -> InputError:
     return InputError("no tension is stored in this step", file=curve.run.path, key="--step", found=f'"{name}"')
 
 
-def _pulled(stored: StoredStates, spans: Iterable[tuple[float, float, float]]) -> dict[float, float]:
-    """Time [s] of each state stored in pulls, by the displacement over all steps [mm], ascending."""
-    found: dict[float, float] = {}
+def _pulled(stored: StoredStates, spans: Iterable[tuple[float, float, float]]) -> dict[float, Moment]:
+    """States stored in pulls, by the displacement over all steps [mm], ascending."""
+    found: dict[float, Moment] = {}
     for moment in stored.moments:
         for start, end, _ in spans:
             if start < moment.time <= end * (1.0 + 1e-12) and moment.step_displacement > 0.0:
-                found[moment.displacement] = moment.time
+                found[moment.displacement] = moment
     return dict(sorted(found.items()))
 
 
 def _at_displacement(curves: Sequence[ForceCurve], states: Sequence[StoredStates], wanted: float) -> CommonState:
-    displacements, times = [], []
+    displacements, times, forces = [], [], []
     for curve, stored in zip(curves, states, strict=True):
-        times_at = _pulled(stored, curve.spans.values())
-        places = np.array(list(times_at))
+        pulled = _pulled(stored, curve.spans.values())
+        places = np.array(list(pulled))
         nearest = float(places[np.argmin(np.abs(places - wanted))]) if places.size else np.inf
         spacing = max((b - a for a, b in pairwise(places)), default=0.0)
         if abs(nearest - wanted) > max(0.5 * spacing, 1e-6 * max(1.0, abs(wanted))):
@@ -119,8 +120,8 @@ def _at_displacement(curves: Sequence[ForceCurve], states: Sequence[StoredStates
             problem = "no tension is stored near this displacement"
             raise InputError(problem, file=curve.run.path, key="at", found=f"{wanted:g} mm", expected=expected)
         displacements.append(nearest)
-        times.append(times_at[nearest])
-    forces = [float(curve.at(d)) for curve, d in zip(curves, displacements, strict=True)]
+        times.append(pulled[nearest].time)
+        forces.append(force_at(curve.run, pulled[nearest]))
     return _state(curves, states, times, forces, displacements=displacements)
 
 

@@ -84,7 +84,8 @@ class Holding:
             return f"no equilibrium before a free end was drawn in by {self.slip:g} mm"
         borne = f"{self.force:.4g} N at {self.displacement:.4g} mm"
         if self.slip_force is None:
-            return f"holding force at least {borne}: a free end was drawn in by {self.drawn_in:.3g} mm"
+            ran = f"a free end was drawn in by {self.drawn_in:.3g} mm" if self.drawn_in > 0.0 else "no end was drawn in"
+            return f"holding force at least {borne}: {ran}"
         return (
             f"holding force {borne}, the largest before a free end was drawn in by {self.slip:g} mm; "
             f"{self.slip_force:.4g} N at {self.slip_displacement:.4g} mm, when it was"
