@@ -109,7 +109,8 @@ def test_ctrl_c_leaves_checkpoints(address: str, tmp_path: Path, undisturbed: kf
     one = job(tmp_path)
     with Engine(tmp_path, Scheduler(address), tell=lambda text: None) as engine:
         engine.submit(one)
-        interrupt = when(lambda: one.run.checkpoints.named("tied"), lambda: os.kill(os.getpid(), signal.SIGINT))
+        begun = one.run.path / "log.jsonl"
+        interrupt = when(begun.exists, lambda: os.kill(os.getpid(), signal.SIGINT))
         with pytest.raises(Interrupted, match="the same command goes on"):
             list(engine.results())
     interrupt.join()
