@@ -75,10 +75,10 @@ def stability(
     """
     from knotfem.study.dead_load import free_directions
     from knotfem.study.engine.places import place_of
-    from knotfem.study.progress import study_progress
-    from knotfem.study.stability import run
+    from knotfem.study.progress import showing, study_progress
     from knotfem.study.stability.diagram import PICTURE, open_stability
     from knotfem.study.stability.grid import FRICTION, STIFFNESS, numbers
+    from knotfem.study.stability.run import asked_of
 
     given = {
         "friction": FRICTION if friction is None else numbers(friction, "--friction"),
@@ -92,17 +92,16 @@ def stability(
     }
     if direction is not None:
         given["free"] = free_directions(scene, overrides, numbers(direction, "--direction"))
-    asked = run.asked_of(scene, overrides, loaded=None, **{"free": None, **given})
-    found = asked.cost(run.folder_of(asked, output), place_of(processes, scheduler, cluster))
+    asked = asked_of(scene, overrides, loaded=None, out=output, **{"free": None, **given})
+    place = place_of(processes, scheduler, cluster)
+    found = asked.cost(place)
     if dry_run:
         show_estimate(found, quiet, log_format)
         return
     ask_if_long(3600.0 * found["expected_hours"], yes)
     others = {folder.name: open_stability(folder) for folder in overlay}
-    diagram = run.stability(
-        scene, overrides, out=output, jobs=processes, scheduler=scheduler, cluster=cluster,
-        progress=study_progress(quiet=quiet, log_format=log_format), **given,
-    )  # fmt: skip
+    with showing(study_progress(quiet=quiet, log_format=log_format)) as progress:
+        diagram = asked.run(place, progress)
     if others:
         diagram.plot(diagram.path / PICTURE, others)
     if log_format == "json":

@@ -56,24 +56,19 @@ def sweep(
       knotfem sweep friction
     """
     from knotfem.study.engine.places import place_of
-    from knotfem.study.progress import study_progress
-    from knotfem.study.sweep import run
+    from knotfem.study.progress import showing, study_progress
+    from knotfem.study.sweep.run import planned_study
 
     chosen = with_model(overrides, model)
-    found = run.estimate(study, chosen, out=output, place=place_of(processes, scheduler, cluster))
+    place = place_of(processes, scheduler, cluster)
+    wanted = planned_study(study, chosen, out=output)
+    found = wanted.cost(place)
     if dry_run:
         show_estimate(found, quiet, log_format)
         return
     ask_if_long(3600.0 * found["expected_hours"], yes)
-    table = run.sweep(
-        study,
-        chosen,
-        out=output,
-        jobs=processes,
-        scheduler=scheduler,
-        cluster=cluster,
-        progress=study_progress(quiet=quiet, log_format=log_format),
-    )
+    with showing(study_progress(quiet=quiet, log_format=log_format)) as progress:
+        table = wanted.run(place, progress)
     if log_format == "json":
         columns = {name: values.tolist() for name, values in table.columns.items()}
         click.echo(json_text({"folder": str(table.path), "points": columns}))

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from coarse import KNOT
 
 import knotfem as kf
 from knotfem.models.base import Model
@@ -19,17 +20,6 @@ from knotfem.run.stop import StopRequest
 from knotfem.scene.steps import Pull
 from knotfem.sparse.pattern import Matrix
 
-KNOT = {
-    "model": "rod",
-    "rods.rod.length": "400 mm",
-    "rods.rod.mesh.element_length": "6 mm",
-    "contact.sample_spacing_over_diameter": 0.25,
-    "tie.path": "direct",
-    "solver.threads": 1,
-    "steps.pull.displacement": "3 mm",
-    "output.every_displacement": "1.5 mm",
-}
-"""Of the scene "overhand": a coarse knot that is pulled a little."""
 BEAM = {"model": "rod", "rods.0.mesh.element_length": "8 mm", "output.fields": False, "solver.threads": 1}
 """Of the scene "cantilever"."""
 TABLES = ("tie", "force", "tension", "twist", "contacts")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from knotfem.models.contacts import CONTACT_COLUMNS
 from knotfem.run.columns import (
+    DRAWN_IN,
     EVENT_COLUMNS,
     FORCE_COLUMNS,
     FORCE_EXTRA,
@@ -16,7 +17,7 @@ from knotfem.run.columns import (
 
 TABLES = {
     "tie": TIE_COLUMNS,
-    "force": (*FORCE_COLUMNS, *FORCE_EXTRA, "numerical_drag_Nmm", "drawn_in_mm"),
+    "force": (*FORCE_COLUMNS, *FORCE_EXTRA, "numerical_drag_Nmm", DRAWN_IN),
     "tension": (*TENSION_COLUMNS, *TENSION_EXTRA),
     "contacts": (*CONTACT_COLUMNS, *OF_STATE),
     "twist": TWIST_COLUMNS,

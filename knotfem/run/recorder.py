@@ -183,7 +183,7 @@ class Recorder:
             self.summary.knots(self.simulation.knots_before, self.simulation.knots())
         self.summary.figures.update(self.simulation.verdict())
         self.summary.figures["remarks"] = self.simulation.remarks.figures()
-        self.summary.figures["validity"] = self.simulation.validity()
+        self.summary.figures["validity"] = self.simulation.validity.found
         if self._series is not None:
             self._series.close()
         return self.summary.finished(self.simulation.balance.energies)

@@ -21,6 +21,7 @@ from knotfem.run.jumps import Jump, JumpWatch
 from knotfem.run.monitor import KnotMonitor, Knots, of_checkpoint
 from knotfem.run.remarks import Remarks
 from knotfem.run.schedule import Rest, schedule_of
+from knotfem.run.validity import Validity
 from knotfem.run.verdict_watch import VerdictWatch
 from knotfem.scene.model import Scene
 from knotfem.scene.steps import Loaded, Relax, Release, Step
@@ -180,7 +181,8 @@ class Simulation:
         system: equations of the scene's step that is under way, or None.
         linear_solver: name of the one that is used.
         remarks: what a user should know of the run.
-        measures: largest ones of all states, see `Model.reaches`, by name.
+        validity: how far the run has come towards the limits of its model.
+        decides: whether some step shows whether the knot holds.
     """
 
     def __init__(
@@ -218,7 +220,8 @@ class Simulation:
         self._displaced = self._reached = 0.0
         self.system: System | None = None
         self.remarks = Remarks(notify)
-        self.measures: dict[str, float] = {}
+        self.validity = Validity(self.model, self.remarks)
+        self.decides = scene.contact.enabled and bool(deciding_steps(self.wanted))
 
     def start_at(self, state: State) -> None:
         """Take the steps of the scene from this state, without a mapping.
@@ -329,7 +332,7 @@ class Simulation:
             slipped = self.watch is not None and self.watch.slipped
             last = last or self.decided or slipped
             if last or (accepted.at_output and not isinstance(step, Relax)):
-                self._look_at_limits(step, figures)
+                self.validity.look(step, self.state.x, figures.penetration, self.state.time, self._reached)
             yield TimeStepDone(
                 step,
                 accepted,
@@ -356,23 +359,6 @@ class Simulation:
         if step.real and isinstance(step, Relax):
             raise NotConverged(f"not at rest after {step.longest:g} s")
 
-    def _look_at_limits(self, step: Step, figures: StepFigures) -> None:
-        """Say where the present state is beyond the limits of the model, each once, and keep how far it has come."""
-        for reach in self.model.reaches(self.state.x, figures.penetration):
-            self.measures[reach.name] = max(reach.value, self.measures.get(reach.name, 0.0))
-            if reach.exceeded:
-                said = f"beyond the limits of the {self.scene.model} model from {{when}} on: {reach.meaning}"
-                self.remarks.tell(reach.name, said, step, self.state.time, self._reached)
-
-    def validity(self) -> dict[str, dict[str, Any]]:
-        """Largest measures of all states so far against their limits, for the summary."""
-        present = {reach.name: reach.limit for reach in self.model.reaches(self.state.x, 0.0)}
-        return {
-            name: {"largest": value, "limit": present[name], "exceeded": value > present[name]}
-            for name, value in self.measures.items()
-            if name in present
-        }
-
     @property
     def _balance_anew(self) -> bool:
         """Whether the energy balance starts with the present step of the scene."""
@@ -396,11 +382,6 @@ class Simulation:
         if self.knots_before is None or not self.decides:
             return None
         return VerdictWatch(self.model, self.monitor, self.knots_before)
-
-    @property
-    def decides(self) -> bool:
-        """Whether some step shows whether the knot holds."""
-        return self.scene.contact.enabled and bool(deciding_steps(self.wanted))
 
     def _judge(self, step: Step, figures: StepFigures, *, settled: bool, at_rest: bool, output: bool) -> None:
         """Gather what the present state tells of the verdict; decide the run where the step says so."""
@@ -450,7 +431,7 @@ class Simulation:
             "displaced": (self._displaced, self._reached),
             "verdict": None if self.watch is None else self.watch.state(),
             "remarks": self.remarks.kept,
-            "measures": self.measures,
+            "validity": self.validity.found,
         }
 
     @property
@@ -462,7 +443,7 @@ class Simulation:
         """Go on from a checkpoint."""
         self.knots_before, self.next_step = of_checkpoint(state["knots_before"]), int(state["next_step"])
         self._displaced, self._reached = state.get("displaced", (0.0, 0.0))
-        self.remarks.kept, self.measures = {**state.get("remarks", {})}, {**state.get("measures", {})}
+        self.remarks.kept, self.validity.found = {**state.get("remarks", {})}, {**state.get("validity", {})}
         if state.get("started_at") is not None:
             self._watch_from(state["started_at"])
         now = _restored(state["now"])

@@ -79,6 +79,7 @@ class VerdictWatch:
             x: unknowns, shape [nodes, width].
             time: [s].
         """
+        lines = self._lines(x)
         ends = {label_of(place): self._end(x, place) for place in self._places}
         through, drawn_in, deciding = self._meter.through.copy(), self._drawn.lengths.copy(), bool(free_ends(step))
         self._step = Progression(step.name, time, ends, through, drawn_in, deciding)
@@ -87,8 +88,8 @@ class VerdictWatch:
         if loaded_ends(step) and self._first is None:
             self._first = self._step
             self._before, self._named = self._reader.read(self.model.centrelines(x)), x
-            self._follow(x)
-        self._meter.begin_step(self._lines(x))
+            self._follow(lines)
+        self._meter.begin_step(lines)
         self.slipped = False
         self._onset, self._onset_at = None, {}
 
@@ -127,7 +128,8 @@ class VerdictWatch:
         """
         if self._first is None or self._step is None:
             return ""
-        self._follow(x)
+        lines = self._lines(x)
+        self._follow(lines)
         now = self._step
         if self.holding is not None and now.deciding and isinstance(step, LoadingStep):
             self.holding.update(figures.displacement, figures.force, self.drawn_in, settled=settled)
@@ -141,7 +143,7 @@ class VerdictWatch:
             self._lost_at = self._when(step, time)
         self._see_onset(step, time)
         if settled and not self.lost:
-            self._meter.mark(self._lines(x))
+            self._meter.mark(lines)
             self._onset, self._onset_at, self._marked_under_load = None, {}, bool(loaded_ends(step))
         self._touched |= bool(self._meter.crossings)
         return found
@@ -219,9 +221,9 @@ class VerdictWatch:
             if slip is not None and slip.largest >= ONSET_OVER_DIAMETER * self.model.diameter:
                 self._onset, self._onset_at = slip, self._when(step, time)
 
-    def _follow(self, x: np.ndarray) -> None:
+    def _follow(self, lines: list[Line]) -> None:
         self._meter.update(self.model.contacts())
-        self._drawn.update(self._meter.crossings, self._lines(x))
+        self._drawn.update(self._meter.crossings, lines)
 
     def _lines(self, x: np.ndarray) -> list[Line]:
         return [Line(points, s) for points, s in zip(self.model.centrelines(x), self._arclengths, strict=True)]

@@ -31,7 +31,7 @@ def test_lines_fit(verb, columns):
     assert max(map(len, lines)) <= columns
 
 
-def test_without_a_terminal_lines_are_whole(monkeypatch):
+def test_lines_are_not_wrapped_without_a_terminal(monkeypatch):
     monkeypatch.delenv("COLUMNS", raising=False)
     assert width_of(io.StringIO()) is None
     assert "Bowline under a dead load B/(9.1 r^2), made at friction 0.35, which is then lowered" in run("scenes")
@@ -88,7 +88,7 @@ def test_mapping_and_relaxing_show_no_zeros():
     assert third == "relax    3 contacts  0.010 mm deep  2 iterations"
 
 
-def test_nine_runs_have_a_line_each_in_80_columns():
+def test_comparison_of_nine_runs_fits_80_characters():
     labels = [f"runs/bowline-friction-0.{i}" for i in range(9)]
     cells = [None, *(0.1 * i for i in range(8))]
     figures = [
@@ -108,7 +108,7 @@ def test_nine_runs_have_a_line_each_in_80_columns():
     assert len(whole.splitlines()) == len(figures) + 1
 
 
-def test_a_thousandfold_difference_is_a_multiple():
+def test_large_differences_are_given_as_multiples():
     text = comparison_text(
         ["a", "b"], [Figure("force", RELATIVE, [None, 1759.9475]), Figure("x", RELATIVE, [None, 0.5])]
     )

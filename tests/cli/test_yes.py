@@ -25,7 +25,7 @@ def begun(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 
 @pytest.mark.parametrize("verb", [("pull", "overhand"), ("tie", "overhand"), ("hold", "bowline", "--tighten", "1 N")])
-def test_a_long_run_begins_only_with_yes(verb: tuple[str, ...], begun: list[str]) -> None:
+def test_long_run_needs_confirmation(verb: tuple[str, ...], begun: list[str]) -> None:
     refused = call(*verb)
     assert refused.exit_code == 3
     assert "h of computation are expected" in refused.output
@@ -36,7 +36,7 @@ def test_a_long_run_begins_only_with_yes(verb: tuple[str, ...], begun: list[str]
     assert len(begun) == 1
 
 
-def test_a_time_limit_of_its_own_is_an_answer(begun: list[str]) -> None:
+def test_time_limit_replaces_confirmation(begun: list[str]) -> None:
     call("pull", "overhand", "--set", "solver.time_limit=0.5 s")
     assert begun == ["pull"]
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from coarse import KNOT
 from PIL import Image
 from stored_runs import pulled
 
@@ -12,18 +13,6 @@ import knotfem as kf
 from knotfem.run.directory import RunDirectory
 from knotfem.run.monitor import KnotMonitor
 from knotfem.run.stop import StopRequest
-
-KNOT = {
-    "model": "rod",
-    "rods.rod.length": "400 mm",
-    "rods.rod.mesh.element_length": "6 mm",
-    "contact.sample_spacing_over_diameter": 0.25,
-    "tie.path": "direct",
-    "solver.threads": 1,
-    "steps.pull.displacement": "3 mm",
-    "output.every_displacement": "1.5 mm",
-}
-"""Of the scene "overhand": a coarse knot that is pulled a little."""
 
 
 def lines(axes) -> list[tuple[np.ndarray, np.ndarray]]:

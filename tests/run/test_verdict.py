@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 
 import pytest
+from coarse import HITCH
 
 import knotfem as kf
 from knotfem.errors import Stopped
@@ -12,18 +13,10 @@ from knotfem.run.stop import StopRequest
 from knotfem.scene.model import Scene
 from knotfem.study.dead_load import dead_load
 
-COARSE = {
-    "model": "rod",
-    "rods.0.mesh.element_length": "4 mm",
-    "contact.sample_spacing_over_diameter": 0.25,
-    "output.fields": False,
-    "solver.threads": 1,
-}
-
 
 def hitch(friction: float, **changes) -> Scene:
     """The clove hitch under a dead load of 1 N, its short end let go."""
-    return dead_load("clove-hitch", 1.0, {**COARSE, "obstacles.0.friction": friction, **changes}, friction=friction)
+    return dead_load("clove-hitch", 1.0, {**HITCH, "obstacles.0.friction": friction, **changes}, friction=friction)
 
 
 @pytest.fixture(scope="module")
@@ -91,7 +84,7 @@ def test_a_rod_over_a_cylinder_slips():
 
 
 def test_without_a_free_end_there_is_no_verdict():
-    run = kf.pull("overhand", {**COARSE, "steps.pull.displacement": "1 mm"}, progress=False)
+    run = kf.pull("overhand", {**HITCH, "steps.pull.displacement": "1 mm"}, progress=False)
     assert run.verdict is None
     assert run.verdict_evidence == {}
 

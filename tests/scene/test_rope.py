@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
+from coarse import KNOT
 
 import knotfem as kf
 from knotfem import shipped
@@ -12,16 +13,7 @@ from knotfem.scene.steps import Pull
 from knotfem_cli.main import knotfem_command
 
 MINE = {"diameter": "10 mm", "youngs_modulus": "5 MPa", "friction": 0.25}
-COARSE = {
-    "model": "rod",
-    "rods.rod.length": "400 mm",
-    "rods.rod.mesh.element_length": "6 mm",
-    "contact.sample_spacing_over_diameter": 0.25,
-    "tie.path": "direct",
-    "solver.threads": 1,
-    "steps.pull.displacement": "9 mm",
-    "output.every_displacement": "1.5 mm",
-}
+COARSE = {**KNOT, "steps.pull.displacement": "9 mm"}
 """Of the scene "overhand", without gravity."""
 
 

@@ -1,6 +1,7 @@
 """Tighten, let go, pull until it slips."""
 
 import pytest
+from coarse import HITCH
 
 import knotfem as kf
 from knotfem.errors import InputError
@@ -8,18 +9,10 @@ from knotfem.results.run import Run
 from knotfem.scene.steps import Clamped, Driven, Free, Loaded, Pull
 from knotfem.study.holding import holding_scene
 
-COARSE = {
-    "model": "rod",
-    "rods.0.mesh.element_length": "4 mm",
-    "contact.sample_spacing_over_diameter": 0.25,
-    "output.fields": False,
-    "solver.threads": 1,
-}
-
 
 @pytest.fixture(scope="module")
 def hitch() -> Run:
-    return kf.hold("clove-hitch", COARSE, tighten="1 N", slip="3 mm", progress=False)
+    return kf.hold("clove-hitch", HITCH, tighten="1 N", slip="3 mm", progress=False)
 
 
 def test_the_recipe():
@@ -78,6 +71,6 @@ def test_force_of_the_summary_and_of_the_curve_are_one(hitch):
 
 
 def test_a_run_without_free_ends_holds_nothing_that_is_known():
-    run = kf.pull("overhand", {**COARSE, "steps.1.displacement": "1 mm"}, progress=False)
+    run = kf.pull("overhand", {**HITCH, "steps.1.displacement": "1 mm"}, progress=False)
     assert run.holding() is None
     assert "drawn_in_mm" not in run.table("force")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -86,21 +86,11 @@ def stability(
     """
     asked = asked_of(
         source, overrides, friction=friction, x=x, models=models, grid=grid, boundary=boundary, lowered=lowered,
-        loaded=loaded, free=free, free_load=free_load, ramp=ramp,
+        loaded=loaded, free=free, free_load=free_load, ramp=ramp, out=out,
     )  # fmt: skip
-    folder = folder_of(asked, out)
     place = place_of(jobs, scheduler, cluster)
     with showing(progress) as shown:
-        return asked.run(folder, place, shown)
-
-
-def folder_of(asked: StabilityStudy, out: str | Path | None) -> Path:
-    """Where the results go.
-
-    Raises:
-        InputError: the place is a file.
-    """
-    return folder_at(Path(out) if out is not None else Path("stability") / asked.grid.scene.name)
+        return asked.run(place, shown)
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,6 +103,7 @@ class StabilityStudy:
         width: of the brackets of the boundary, or none.
         lowered: whether friction is lowered, too.
         text: of study.toml.
+        folder: of the results.
     """
 
     grid: Grid
@@ -120,13 +111,15 @@ class StabilityStudy:
     width: float | None
     lowered: bool
     text: str
+    folder: Path
 
-    def planned(self, folder: Path) -> list[Planned]:
+    @cached_property
+    def planned(self) -> list[Planned]:
         """The points that are known from the start."""
-        points = self.grid.points(folder) if self.whole else []
-        return points + (self.grid.lowered(folder) if self.lowered else [])
+        points = self.grid.points(self.folder) if self.whole else []
+        return points + (self.grid.lowered(self.folder) if self.lowered else [])
 
-    def follow(self, folder: Path, table: StudyTable) -> list[Planned]:
+    def follow(self, table: StudyTable) -> list[Planned]:
         """Points by which brackets become narrower, at most one for each model and load."""
         assert self.width is not None, "asked only where there is one"
         known = known_verdicts(table)
@@ -140,23 +133,23 @@ class StabilityStudy:
                 continue
             friction = next_friction(known.get((model, x), {}), frozenset(states), limits, self.width)
             if friction is not None:
-                found.append(self.grid.point(folder, model, x, friction))
+                found.append(self.grid.point(self.folder, model, x, friction))
         return found
 
-    def cost(self, folder: Path, place: Place) -> dict[str, Any]:
+    def cost(self, place: Place) -> dict[str, Any]:
         """What it would take, but for the points that a bisection adds; nothing is run."""
-        found = cost_of(self.planned(folder), folder, place)
+        found = cost_of(self.planned, self.folder, place)
         if self.width is not None:
             span = max(self.grid.friction) - min(self.grid.friction)
             steps = 2 + math.ceil(math.log2(max(span / self.width, 1.0)))
             found["runs of the bisection, at most"] = len(self.grid.models) * len(self.grid.stiffness) * steps
         return found
 
-    def run(self, folder: Path, place: Place, progress: StudyProgress) -> StabilityDiagram:
+    def run(self, place: Place, progress: StudyProgress) -> StabilityDiagram:
         """Run it; see `stability`."""
         asked = Asked(self.grid.scene.name, KEYS, COLLECT, self.text)
-        follow = None if self.width is None else partial(self.follow, folder)
-        table = Points(asked, folder, self.planned(folder), place, progress, follow).run()
+        follow = None if self.width is None else self.follow
+        table = Points(asked, self.folder, self.planned, place, progress, follow).run()
         knots = {knot for knot in table["knot"].tolist() if knot}
         bowline = len(self.grid.scene.rods) == 1 and knots == {BOWLINE}
         diagram = StabilityDiagram(table, boundary_of(table), bowline)
@@ -178,11 +171,12 @@ def asked_of(
     free: Directions | None,
     free_load: float,
     ramp: str | None,
+    out: str | Path | None,
 ) -> StabilityStudy:
     """What is asked for; see `stability`.
 
     Raises:
-        InputError: an argument is wrong.
+        InputError: an argument is wrong, or the place of the results is a file.
     """
     if not friction or min(friction) < 0.0:
         raise InputError("no friction coefficients", key="friction", found=str(list(friction)), expected="0 or above")
@@ -208,7 +202,8 @@ def asked_of(
         "boundary": boundary, "lowered": bool(lowered), "lowering_rate": lowering.rate, "free_load": free_load,
         "loaded": loaded, "free": free, "ramp": ramp,
     }  # fmt: skip
-    return StabilityStudy(of, grid, boundary, bool(lowered), _text(settings))
+    folder = folder_at(Path(out) if out is not None else Path("stability") / scene.name)
+    return StabilityStudy(of, grid, boundary, bool(lowered), _text(settings), folder)
 
 
 def _text(settings: dict[str, Any]) -> str:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from knotfem.scene.load import Overrides
 from knotfem.study.engine.places import Place, place_of
 from knotfem.study.progress import StudyProgress, showing
-from knotfem.study.sweep.plan import cost_of, plan
+from knotfem.study.sweep.plan import Planned, cost_of, plan
 from knotfem.study.sweep.points import Asked, Points, folder_at
 from knotfem.study.sweep.study_file import Study, read_study, study_text
 from knotfem.study.sweep.table import StudyTable
@@ -52,22 +53,46 @@ def sweep(
         KnotfemError: the scheduler is gone, or runs crashed.
     """
     place = place_of(jobs, scheduler, cluster)
-    wanted = read_study(study, overrides)
-    folder = folder_of(study, wanted, out)
-    planned = plan(wanted, folder, None if isinstance(study, Mapping) else study)
+    wanted = planned_study(study, overrides, out=out)
     with showing(progress) as shown:
-        asked = Asked(wanted.name, wanted.keys, wanted.collect, study_text(wanted))
-        return Points(asked, folder, planned, place, shown).run()
+        return wanted.run(place, shown)
 
 
-def estimate(
-    study: str | Path | Mapping[str, Any], overrides: Overrides = (), *, out: str | Path | None, place: Place
-) -> dict[str, Any]:
-    """What a study would take, without running it; see `sweep` for the arguments."""
+@dataclass(frozen=True, eq=False)
+class PlannedStudy:
+    """A study whose scenes are read.
+
+    Attributes:
+        study: what is asked for.
+        folder: of the results.
+        points: all of them.
+    """
+
+    study: Study
+    folder: Path
+    points: list[Planned]
+
+    def cost(self, place: Place) -> dict[str, Any]:
+        """What it would take; nothing is run."""
+        return cost_of(self.points, self.folder, place)
+
+    def run(self, place: Place, progress: StudyProgress) -> StudyTable:
+        """Run it; see `sweep`."""
+        asked = Asked(self.study.name, self.study.keys, self.study.collect, study_text(self.study))
+        return Points(asked, self.folder, self.points, place, progress).run()
+
+
+def planned_study(
+    study: str | Path | Mapping[str, Any], overrides: Overrides = (), *, out: str | Path | None = None
+) -> PlannedStudy:
+    """Read a study and the scenes of its points; see `sweep` for the arguments.
+
+    Raises:
+        InputError: the study is wrong; all problems at once.
+    """
     wanted = read_study(study, overrides)
     folder = folder_of(study, wanted, out)
-    planned = plan(wanted, folder, None if isinstance(study, Mapping) else study)
-    return cost_of(planned, folder, place)
+    return PlannedStudy(wanted, folder, plan(wanted, folder, None if isinstance(study, Mapping) else study))
 
 
 def folder_of(study: str | Path | Mapping[str, Any], wanted: Study, out: str | Path | None) -> Path:
