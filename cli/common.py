@@ -264,9 +264,10 @@ def _times(summary: Mapping[str, Any]) -> dict[str, dict[str, str]]:
 
 
 def verdict_note(run: Run) -> list[str]:
-    """The verdict, and what the knot bore, as sentences, where there are any."""
+    """The verdict and, where a step ends at a slip, what the knot bore before, as sentences."""
     said = run.verdict_evidence.get("in_words")
-    borne = run.holding() if said else None
+    asked = any(getattr(step, "slip", None) is not None for step in run.scene.loading_steps)
+    borne = run.holding() if said and asked else None
     return [text for text in (said, borne and str(borne)) if text]
 
 
