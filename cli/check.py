@@ -20,7 +20,7 @@ from knotfem_cli.common import (
     shared_options,
     with_model,
 )
-from knotfem_cli.text import facts, spoken, width_of
+from knotfem_cli.text import Sentences, facts, spoken, width_of
 
 
 @click.command(cls=Verb)
@@ -78,7 +78,8 @@ def _in_words(found: Mapping[str, Any]) -> dict[str, Any]:
         "slices": ("slices", lambda rods: {rod: _slices(**of_it) for rod, of_it in rods.items()}),
     }
     said = {name: in_words(found[key]) for key, (name, in_words) in tables.items() if key in found}
-    return said | {spoken(name): value for name, value in found.items() if name not in tables and value != 0}
+    others = {**found, "warnings": Sentences(found["warnings"])}
+    return said | {spoken(name): value for name, value in others.items() if name not in tables and value != 0}
 
 
 def _spoken_names(values: Mapping[str, str]) -> dict[str, str]:

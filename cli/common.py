@@ -43,7 +43,9 @@ HIGHLIGHTS = (
 )
 """What a verb shows of summary.json, where it is there and not zero."""
 
-OPTIONS = ("at", "step", "label", "width", "height", "font", "axis", "xlim", "ylim", "force_unit", "quantity")
+OPTIONS = (
+    "at", "step", "label", "width", "height", "font", "axis", "xlim", "ylim", "force_unit", "quantity", "zoom", "focus",
+)  # fmt: skip
 """Arguments of the library that are options of the same name here."""
 run_argument = click.argument("run", metavar="RUN", type=click.Path(path_type=Path))
 output_option = click.option("-o", "--output", type=click.Path(path_type=Path), help="Where to write.")
@@ -247,7 +249,10 @@ def show_run(run: Run, quiet: bool, log_format: str) -> None:
     if log_format == "json":
         click.echo(json.dumps({"run": str(run.path), **summary}))
         return
-    shown = {spoken(key): summary[key] for key in HIGHLIGHTS if summary.get(key) not in (None, "none", 0.0)}
+    from knotfem.results.run import knot_said
+
+    found = {**summary, **{key: knot_said(summary.get(key)) for key in ("knot_before", "knot_after")}}
+    shown = {spoken(key): found[key] for key in HIGHLIGHTS if found.get(key) not in (None, "none", 0.0)}
     if shown and not quiet:
         width = width_of(sys.stderr)
         click.echo(facts({**_times(summary), **shown}, width=width), err=True)

@@ -7,26 +7,32 @@ import json
 import click
 
 from knotfem_cli.common import Verb, shared_options
-from knotfem_cli.text import width_of, wrapped
+from knotfem_cli.text import spoken, width_of, wrapped
 
 
 @click.command(cls=Verb)
 @click.argument("key", required=False)
 @shared_options
 def help(key: str | None, overrides: tuple[str, ...], quiet: bool, log_format: str) -> None:
-    """Say what a key of a scene, a column or a field is.
+    """Say what a key of a scene, a column, a field, a figure of a run or a file is.
 
-    Unit, default, bounds and meaning. Without a KEY, lists all keys of a scene.
+    Unit, default, bounds and meaning. Names that a run prints at its end are known as they stand there. Without a KEY,
+    lists all keys of a scene.
 
     \b
     Example:
       knotfem help contact.friction
       knotfem help rods.0.mesh.element_length
+      knotfem help steps.1.ends.rod.start.direction
       knotfem help unrest_N
+      knotfem help verdict
+      knotfem help jumps
     """
     from knotfem.reference import look_up, scene_keys
+    from knotfem.run.summary_meanings import SUMMARY
 
-    text = "\n".join(found.path for found in scene_keys()) if key is None else look_up(key)
+    printed = {spoken(name): name for name in SUMMARY}
+    text = "\n".join(found.path for found in scene_keys()) if key is None else look_up(printed.get(key, key))
     if log_format == "json":
         click.echo(json.dumps({"help": text}))
         return

@@ -14,6 +14,8 @@ from knotfem_cli.common import (
     model_option,
     output_option,
     progress_of,
+    rope_option,
+    scene_for,
     shared_options,
     show_run,
     with_model,
@@ -31,6 +33,7 @@ from knotfem_cli.common import (
 @click.option("--displacement", metavar="LENGTH", help="Of the pull at most; 5 times the slip by default.")
 @click.option("--free-load", type=float, default=0.0, help="Force on a free end over the one that tightens.")
 @click.option("--direction", metavar="X,Y,Z", help="Of this force; opposite to the pull by default.")
+@rope_option
 @yes_option
 @shared_options
 def hold(
@@ -43,6 +46,7 @@ def hold(
     displacement: str | None,
     free_load: float,
     direction: str | None,
+    rope: tuple[str, ...],
     yes: bool,
     overrides: tuple[str, ...],
     quiet: bool,
@@ -59,18 +63,21 @@ def hold(
     Example:
       knotfem hold bowline --model rod --tighten "1 N"
       knotfem hold clove-hitch --model rod --tighten "2 N" --slip "3 mm" -o hitch
+      knotfem hold clove-hitch --model rod --tighten "20 N" --rope diameter="10 mm" friction=0.25
     """
     from knotfem.study.dead_load import free_directions
     from knotfem.study.holding import holding_scene
     from knotfem.study.stability.grid import numbers
 
-    chosen = with_model(overrides, model)
-    free = None if direction is None else free_directions(scene, chosen, numbers(direction, "--direction"))
+    source, progress = scene_for(scene, with_model(overrides, model), rope), progress_of(quiet, log_format)
+    if rope:
+        progress.message(f"rope: {source.rope}")
+    free = None if direction is None else free_directions(source, (), numbers(direction, "--direction"))
     wanted = holding_scene(
-        scene, tighten, chosen, slip=slip, displacement=displacement, free=free, free_load=free_load
+        source, tighten, slip=slip, displacement=displacement, free=free, free_load=free_load
     )  # fmt: skip
     ask_before(wanted, yes)
-    run = kf.pull(wanted, out=output or True, force=force, progress=progress_of(quiet, log_format))
+    run = kf.pull(wanted, out=output or True, force=force, progress=progress)
     show_run(run, quiet, log_format)
     if run.holding() is None and not quiet and log_format == "text":
         click.echo("holding force 0: the knot was lost before it was pulled", err=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Literal
 
 import click
 
@@ -41,11 +42,16 @@ class Colour(click.Choice):
 @step_option
 @click.option(
     "--colour",
+    "--color",
+    "colour",
     type=Colour(list(COLOURS)),
     default="strain",
     show_default=True,
     help="What colours the rod.",
 )
+@click.option("--focus", type=click.Choice(["all", "knot"]), default="all", show_default=True,
+              help="What fills the picture; the knot is where strands are close to each other.")  # fmt: skip
+@click.option("--zoom", type=float, default=1.0, show_default=True, help="Larger by this factor, about its middle.")
 @model_option
 @shared_options
 def render(
@@ -54,6 +60,8 @@ def render(
     at: str | None,
     step: str | None,
     colour: str,
+    focus: Literal["all", "knot"],
+    zoom: float,
     model: str | None,
     overrides: tuple[str, ...],
     quiet: bool,
@@ -66,11 +74,12 @@ def render(
       knotfem render runs/bowline-1 -o knot.png --colour tension
       knotfem render runs/bowline-1 --at "60 mm"
       knotfem render runs/bowline-1 --step relax
+      knotfem render runs/bowline-1 --color contact-pressure --focus knot --zoom 1.5
     """
     drawn, millimetres = kf.open_run(run, with_model(overrides, model)), displacement(at)
     out = output or run / f"knot-{colour}.png"
     state = drawn.state(millimetres, step)
-    state.render(out, colour)
+    state.render(out, colour, focus=focus, zoom=zoom)
     if log_format == "json":
         click.echo(json.dumps({"picture": str(out), "state": moment_json(state.moment)}))
     elif not quiet:

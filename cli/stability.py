@@ -12,6 +12,8 @@ from knotfem_cli.common import (
     engine_options,
     json_text,
     output_option,
+    rope_option,
+    scene_for,
     shared_options,
     show_estimate,
     yes_option,
@@ -35,6 +37,7 @@ from knotfem_cli.common import (
 @click.option("--overlay", type=click.Path(path_type=Path), multiple=True, metavar="FOLDER",
               help="Another stability study whose boundaries are drawn, too; repeatable.")  # fmt: skip
 @click.option("--dry-run", is_flag=True, help="Say how many runs and hours; run nothing.")
+@rope_option
 @yes_option
 @engine_options
 @shared_options
@@ -52,6 +55,7 @@ def stability(
     ramp: str | None,
     overlay: tuple[Path, ...],
     dry_run: bool,
+    rope: tuple[str, ...],
     yes: bool,
     processes: int | None,
     scheduler: str | None,
@@ -72,6 +76,7 @@ def stability(
       knotfem stability bowline --model rod
       knotfem stability bowline --model rod --no-grid --boundary --lowered -o boundary
       knotfem stability clove-hitch --model rod --x 10,20,40 --boundary 0.02
+      knotfem stability bowline --model rod --rope diameter="10 mm" obstacle_friction=0.3
     """
     from knotfem.study.dead_load import free_directions
     from knotfem.study.engine.places import place_of
@@ -80,6 +85,9 @@ def stability(
     from knotfem.study.stability.grid import FRICTION, STIFFNESS, numbers
     from knotfem.study.stability.run import asked_of
 
+    source = scene_for(scene, overrides, rope)
+    if rope and not quiet and log_format == "text":
+        click.echo(f"rope: {source.rope}", err=True)
     given = {
         "friction": FRICTION if friction is None else numbers(friction, "--friction"),
         "x": STIFFNESS if x is None else numbers(x, "--x"),
@@ -91,8 +99,8 @@ def stability(
         "ramp": ramp,
     }
     if direction is not None:
-        given["free"] = free_directions(scene, overrides, numbers(direction, "--direction"))
-    asked = asked_of(scene, overrides, loaded=None, out=output, **{"free": None, **given})
+        given["free"] = free_directions(source, (), numbers(direction, "--direction"))
+    asked = asked_of(source, (), loaded=None, out=output, **{"free": None, **given})
     place = place_of(processes, scheduler, cluster)
     found = asked.cost(place)
     if dry_run:

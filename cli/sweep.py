@@ -13,6 +13,7 @@ from knotfem_cli.common import (
     json_text,
     model_option,
     output_option,
+    rope_option,
     shared_options,
     show_estimate,
     with_model,
@@ -26,6 +27,7 @@ from knotfem_cli.common import (
 @engine_options
 @click.option("--dry-run", is_flag=True, help="Say how many runs, hours and how much memory; run nothing.")
 @model_option
+@rope_option
 @yes_option
 @shared_options
 def sweep(
@@ -36,6 +38,7 @@ def sweep(
     cluster: Path | None,
     dry_run: bool,
     model: str | None,
+    rope: tuple[str, ...],
     yes: bool,
     overrides: tuple[str, ...],
     quiet: bool,
@@ -51,17 +54,21 @@ def sweep(
     Example:
       knotfem sweep friction.toml -o friction
       knotfem sweep friction.toml --dry-run
+      knotfem sweep friction.toml --rope diameter="10 mm" youngs_modulus="5 MPa"
       knotfem sweep friction.toml --scheduler tcp://node1:8786
       knotfem sweep friction.toml --cluster slurm.toml
       knotfem sweep friction
     """
+    from knotfem.scene.rope import rope_of
     from knotfem.study.engine.places import place_of
     from knotfem.study.progress import showing, study_progress
     from knotfem.study.sweep.run import planned_study
 
     chosen = with_model(overrides, model)
     place = place_of(processes, scheduler, cluster)
-    wanted = planned_study(study, chosen, out=output)
+    wanted = planned_study(study, chosen, rope=rope_of(rope), out=output)
+    for said in wanted.ropes if not quiet and log_format == "text" else ():
+        click.echo(f"rope: {said}", err=True)
     found = wanted.cost(place)
     if dry_run:
         show_estimate(found, quiet, log_format)

@@ -11,6 +11,8 @@ from typing import IO, Any
 
 UNITS = {"mb": "MB", "gb": "GB", "s": "s", "N": "N", "mm": "mm", "Nmm": "N mm"}
 """Units at the end of names in files, as a reader writes them."""
+NAMES = {"max_stretch_deviation": "largest |stretch - 1| while mapped"}
+"""Names whose parts do not say what they are."""
 WORDS = {
     "dofs": "degrees of freedom",
     "events": "jumps",
@@ -23,6 +25,10 @@ WORDS = {
 """Parts of names in files, in words."""
 NARROWEST = 40
 """Lines are never made shorter."""
+
+
+class Sentences(tuple[str, ...]):
+    """Texts of which each begins a line of its own."""
 
 
 def width_of(stream: IO[str] | None = None) -> int | None:
@@ -39,6 +45,8 @@ def width_of(stream: IO[str] | None = None) -> int | None:
 
 def spoken(name: str) -> str:
     """A name from a file as a reader would write it: "max_penetration_over_d" is "largest penetration over d"."""
+    if name in NAMES:
+        return NAMES[name]
     parts = name.split("_")
     unit = f" [{UNITS[parts.pop()]}]" if len(parts) > 1 and parts[-1] in UNITS else ""
     return " ".join(WORDS.get(part, part) for part in parts) + unit
@@ -58,6 +66,10 @@ def facts(values: Mapping[str, Any], indent: str = "", *, width: int | None = No
     for key, value in values.items():
         if _is_table(value):
             lines += [f"{indent}{key}", facts(value, indent + "  ", width=width)]
+        elif isinstance(value, Sentences) and value:
+            lines.append(f"{indent}{key}")
+            for text in value:
+                lines += wrapped(text, width, indent + "  ", hanging=indent + "    ")
         else:
             lines += _entry(key, shown(value), indent, column, width)
     return "\n".join(lines)
@@ -77,12 +89,24 @@ def _entry(key: str, text: str, indent: str, column: int, width: int | None) -> 
     return textwrap.wrap(text, width, initial_indent=head, subsequent_indent=hanging, break_on_hyphens=False)
 
 
-def wrapped(text: str, width: int | None, indent: str = "") -> list[str]:
-    """Lines of a text of at most a width; words that are longer, such as paths, are not broken."""
+def wrapped(text: str, width: int | None, indent: str = "", hanging: str | None = None) -> list[str]:
+    """Lines of a text of at most a width; words that are longer, such as paths, are not broken.
+
+    Args:
+        text: one paragraph.
+        width: of a line; None for any.
+        indent: before each line.
+        hanging: before the second and further lines instead.
+    """
     if width is None:
         return [indent + text]
     return textwrap.wrap(
-        text, width, initial_indent=indent, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
+        text,
+        width,
+        initial_indent=indent,
+        subsequent_indent=indent if hanging is None else hanging,
+        break_long_words=False,
+        break_on_hyphens=False,
     )
 
 

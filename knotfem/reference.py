@@ -1,4 +1,4 @@
-"""Reference of scene keys, columns and fields, made from the code: units, defaults, bounds, meaning.
+"""Reference of scene keys, columns, fields and figures, made from the code: units, defaults, bounds, meaning.
 
 `python -m knotfem.reference FOLDER` writes its pages.
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 import inspect
 import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -22,6 +22,7 @@ from knotfem.files import write_atomically
 from knotfem.names import suggestion
 from knotfem.run.column_meanings import COLUMNS, ROWS, TABLES, unit_of_column
 from knotfem.run.field_meanings import FIELDS
+from knotfem.run.summary_meanings import FILES, NAME, SUMMARY
 from knotfem.scene.model import Scene
 from knotfem.scene.quantity import Quantity
 from knotfem.scene.rope import quantity_of
@@ -31,6 +32,8 @@ GENERATED = "Made from the code by `python -m knotfem.reference docs/reference`;
 SIGNS = {Gt: ">", Ge: ">=", Lt: "<", Le: "<="}
 ENTRY = "N"
 """Stands for the number of an entry of a list."""
+LIST = "list of tables"
+"""Kind of a key with entries that have keys of their own."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +58,19 @@ class Key:
     @property
     def plain(self) -> tuple[str, ...]:
         """Parts of the path without kinds and entries."""
-        return _plain(self.path)
+        return tuple(part for part in self.parts if part != ENTRY)
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """Parts of the path without kinds."""
+        return tuple(re.sub(r"\[[^]]*\]", "", self.path).split("."))
+
+    def is_called(self, name: Sequence[str]) -> bool:
+        """Whether parts of a dotted name are the end of its path, entries of lists being numbers, names or left out."""
+        return any(_ends_with(parts, name) for parts in (self.parts, (*self.parts, ENTRY)) if self._may_be(parts))
+
+    def _may_be(self, parts: tuple[str, ...]) -> bool:
+        return parts == self.parts or self.kind == LIST
 
 
 @cache
@@ -65,20 +80,16 @@ def scene_keys() -> tuple[Key, ...]:
 
 
 def look_up(name: str) -> str:
-    """What a key of a scene, a column or a field is.
+    """What a key of a scene, a column, a field, a key of summary.json or a file is.
 
     Args:
-        name: such as "contact.friction", "rods.0.length", "steps.pull.speed", "friction", "unrest_N", "twist".
+        name: such as "contact.friction", "rods.0.length", "steps.1.ends.rod.start.direction", "unrest_N", "twist",
+            "holding", "force.csv".
 
     Raises:
         InputError: nothing has this name.
     """
-    wanted, found = _plain(name), list[str]()
-    keys = [key for key in scene_keys() if key.plain[-len(wanted) :] == wanted] if wanted else []
-    parts = name.split(".")
-    if not keys and len(parts) > 2:  # entries of lists by their names
-        keys = [key for key in scene_keys() if key.plain == (parts[0], *_plain(".".join(parts[2:])))]
-    found += [f"key of a scene: {key}" for key in keys]
+    found = [f"key of a scene: {key}{_inside(key)}" for key in _called(name)]
     tables = [table for table, columns in TABLES.items() if name in columns]
     if tables:
         unit = unit_of_column(name)
@@ -89,17 +100,76 @@ def look_up(name: str) -> str:
         order = f", components {field.components}" if field.components else ""
         where = f"{field.places}; model {field.models}"
         found.append(f"field of results.vtkhdf: {name}\n  {field.text} [{field.unit}]{order}\n  on {where}")
+    found += [_of_summary(key) for key in SUMMARY if _ends_with(tuple(key.split(".")), name.split("."), NAME)]
+    table = name.removesuffix(".csv")
+    if table in TABLES:
+        found.append(f"table {table}.csv\n  a row is {ROWS[table]}\n  columns: {', '.join(TABLES[table])}")
+    found += [f"file {file}\n  {text}" for file, text in FILES.items() if name in (file, file.rpartition(".")[0])]
     if not found:
-        known = [*dict.fromkeys([key.plain[-1] for key in scene_keys()] + [*COLUMNS, *FIELDS])]
+        names = [key.plain[-1] for key in scene_keys()] + [key.rpartition(".")[2] for key in SUMMARY]
+        known = [*dict.fromkeys([*names, *COLUMNS, *FIELDS, *TABLES])]
         expected = suggestion(name.rpartition(".")[2], known).partition(", or one of")[0]
-        expected = expected if expected.startswith('"') else "a key of a scene, a column or a field"
+        expected = expected if expected.startswith('"') else "a key of a scene or of summary.json, a column or a field"
         raise InputError("nothing has this name", key="help", found=f'"{name}"', expected=expected)
     return "\n\n".join(found)
 
 
+def _called(name: str) -> list[Key]:
+    """Keys of a scene that a name may mean; a number at its end may be that of a value in a list."""
+    parts = ["centerline" if part == "centreline" else part for part in _without_kinds(name).split(".") if part]
+    while parts:
+        found = [key for key in scene_keys() if key.is_called(parts)]
+        if found or not parts[-1].isdecimal():
+            return found
+        parts.pop()
+    return []
+
+
+def _without_kinds(path: str) -> str:
+    return re.sub(r"\[[^]]*\]", "", path)
+
+
+def _ends_with(pattern: Sequence[str], name: Sequence[str], entry: str = ENTRY) -> bool:
+    """Whether a name is the end of a path in which `entry` stands for any name or number, or is left out.
+
+    A name begins with a part of the path itself, or with a number.
+    """
+    if not name:
+        return True
+    if not pattern:
+        return False
+    *before, last = pattern
+    if last != entry:
+        return last == name[-1] and _ends_with(before, name[:-1], entry)
+    as_entry = len(name) > 1 or name[-1].isdecimal() or name[-1] == entry
+    return (as_entry and _ends_with(before, name[:-1], entry)) or _ends_with(before, name, entry)
+
+
+def _inside(table: Key) -> str:
+    """The keys of a table, below its own entry."""
+    if table.kind not in (LIST, "table"):
+        return ""
+    place = f"{table.path}.{ENTRY}" if table.kind == LIST else table.path
+    below = [key.path for key in scene_keys() if re.match(rf"{re.escape(place)}(\[[^]]*\])?\.[^.]+$", key.path)]
+    return f"\n  keys     {', '.join(below)}" if below else ""
+
+
+def _of_summary(key: str) -> str:
+    """Entry of a key of summary.json, with those below it."""
+    below = [name for name in SUMMARY if name.startswith(f"{key}.")]
+    more = f"\n  keys     {', '.join(name.removeprefix(f'{key}.') for name in below)}" if below else ""
+    unit = unit_of_column(key.rpartition(".")[2])
+    return f"key of summary.json: {key}\n  {SUMMARY[key]}{f' [{unit}]' if unit else ''}{more}"
+
+
 def pages() -> dict[str, str]:
     """Pages of the reference by file name."""
-    return {"scene.md": _scene_page(), "tables.md": _tables_page(), "fields.md": _fields_page()}
+    return {
+        "scene.md": _scene_page(),
+        "tables.md": _tables_page(),
+        "fields.md": _fields_page(),
+        "summary.md": _summary_page(),
+    }
 
 
 def write_pages(folder: Path) -> None:
@@ -107,12 +177,6 @@ def write_pages(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in pages().items():
         write_atomically(folder / name, text)
-
-
-def _plain(path: str) -> tuple[str, ...]:
-    parts = re.sub(r"\[[^]]*\]", "", path).split(".")
-    same = ("centerline" if part == "centreline" else part for part in parts)
-    return tuple(part for part in same if part and part != ENTRY and not part.isdecimal())
 
 
 def _keys(table: type[Table], above: str) -> Iterator[Key]:
@@ -184,7 +248,7 @@ def _choice(tables: list[type[Table]], path: str) -> Key:
 
 def _kind(annotation: Any, metadata: list[Any], inner: list[type[Table]]) -> str:
     if inner:
-        return "list of tables" if _is_list(annotation) else "table"
+        return LIST if _is_list(annotation) else "table"
     quantity = next((entry for entry in metadata if isinstance(entry, Quantity)), None) or quantity_of(annotation)
     if quantity is not None:
         return f"{quantity.what.removeprefix('an ').removeprefix('a ')} [{quantity.unit}]" + _bounds_of(quantity)
@@ -307,6 +371,23 @@ def _fields_page() -> str:
     ]
     rows = [_row(f"`{n}`", f.unit, f.components, f.places, f.models, f.text) for n, f in FIELDS.items()]
     return "\n".join([*lines, *rows]) + "\n"
+
+
+def _summary_page() -> str:
+    lines = [
+        "# Keys of `summary.json`, files of a run",
+        "",
+        GENERATED,
+        "",
+        f"`{NAME}` stands for the name of a phase, an effect, a rod or a measure.",
+        "",
+        _row("key", "unit", "meaning"),
+        "|---|---|---|",
+    ]
+    lines += [_row(f"`{key}`", unit_of_column(key.rpartition(".")[2]), text) for key, text in SUMMARY.items()]
+    lines += ["", "## Files", "", _row("file", "what"), "|---|---|"]
+    lines += [_row(f"`{file}`", text) for file, text in FILES.items()]
+    return "\n".join(lines) + "\n"
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from importlib.resources import files
 from pathlib import Path
 
@@ -101,3 +102,13 @@ def centreline_title(name: str) -> str:
     """
     with centreline_path(name).open(encoding="utf-8") as file:
         return file.readline().lstrip("# ").partition(": ")[2].strip()
+
+
+def drawn_diameter(name: str) -> float:
+    """Diameter of the rod for which a shipped centreline is drawn, in its own units, as its comments say.
+
+    Raises:
+        InputError: no such centreline.
+    """
+    text = centreline_path(name).read_text(encoding="utf-8")
+    return float(re.findall(r"rod diameter d = ([\d.]+)", text)[0])

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from knotfem.geometry.length_units import LengthUnit
 from knotfem.types import Array
 
 
@@ -19,16 +20,25 @@ class Polyline:
         numbers: of the points in the curve, from 1, shape (n,).
         lines: of the file in which they stand, from 1, shape (n,).
         closed: whether the file says that the last point is joined to the first.
-        radii: of the rod at the points, shape (n,), in the units of the file; None if it has none.
+        unit: of the coordinates; None if the file has none.
+        unit_from: what gives it, such as the head of a column.
+        radii: of the rod at the points, shape (n,), in the unit of the coordinates or their own; None if the file has
+            none.
+        radius_unit: of the radii if they have one of their own.
         unused: names of columns that are left out.
+        unknown_unit: head of a column of coordinates whose unit is none of length; empty for none.
     """
 
     points: Array
     numbers: NDArray[np.int64]
     lines: NDArray[np.int64]
     closed: bool = False
+    unit: LengthUnit | None = None
+    unit_from: str = ""
     radii: Array | None = None
+    radius_unit: LengthUnit | None = None
     unused: tuple[str, ...] = ()
+    unknown_unit: str = ""
 
     def __len__(self) -> int:
         """Number of points."""

@@ -11,6 +11,7 @@ import numpy as np
 from knotfem.errors import InputError
 from knotfem.files import read_text
 from knotfem.geometry.curve import Curve, interpolate
+from knotfem.geometry.length_units import LengthUnit
 from knotfem.geometry.line_files import read_obj, read_vect
 from knotfem.geometry.nurbs_file import read_nurbs
 from knotfem.geometry.points import FEWEST_POINTS, as_points
@@ -51,13 +52,19 @@ class CurveFile:
     Attributes:
         curve: in the units of the file.
         points: that it interpolates, shape (n, 3); None for a NURBS curve.
-        radius: of the rod, in the units of the file; None if the file has none.
+        radius: of the rod, in the unit of the coordinates or in its own; None if the file has none.
+        radius_unit: its own.
+        unit: of the coordinates; None if the file has none.
+        unit_from: what gives it, such as the head of a column.
         warnings: what deserves one; each begins with the file.
     """
 
     curve: Curve
     points: np.ndarray | None = None
     radius: float | None = None
+    radius_unit: LengthUnit | None = None
+    unit: LengthUnit | None = None
+    unit_from: str = ""
     warnings: tuple[str, ...] = ()
 
 
@@ -103,9 +110,19 @@ def read_curve(path: str | Path, choice: Choice | None = None) -> CurveFile:
     warnings += check_order(found, path, smoothed=choice.smoothed)
     warnings += check_gaps(found, path)
     warnings += [f'the column "{name}" is not used (the twist of a rod is rods.twist)' for name in found.unused]
+    if found.unknown_unit and found.unit is None:
+        warnings.append(f'the unit of the column "{found.unknown_unit}" is not known; the file counts as without one')
     points = as_points(found.points, fewest=FEWEST_POINTS, file=path)
     radius = None if found.radii is None else float(np.median(found.radii))
-    return CurveFile(interpolate(points), points, radius, tuple(f"{path}: {warning}" for warning in warnings))
+    return CurveFile(
+        interpolate(points),
+        points,
+        radius,
+        found.radius_unit,
+        found.unit,
+        found.unit_from,
+        tuple(f"{path}: {warning}" for warning in warnings),
+    )
 
 
 def _chosen(path: Path, curves: list[Polyline], number: int | None) -> Polyline:

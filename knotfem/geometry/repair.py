@@ -18,7 +18,8 @@ chords that differ a thousandfold."""
 
 WIDE, GAP = 5.0, 20.0
 """Chords, over the median one, that are warned of and refused where the curve bends beside them. Chords of curves that
-are drawn or measured differ by less than a factor of two; what a spline puts into a longer one was neither."""
+are drawn or measured differ by less than a factor of two; what a spline puts into a longer one was neither. Straight
+ones are warned of, too, unless they belong to a lead."""
 
 STRAIGHT = 0.3
 """A chord, however long, is a straight lead if the chords beside it turn from it by less [rad]."""
@@ -115,22 +116,32 @@ def check_order(curve: Polyline, path: Path, *, smoothed: bool) -> list[str]:
 
 
 def check_gaps(curve: Polyline, path: Path) -> list[str]:
-    """Refuse chords much longer than the others where the curve bends, warn of longer ones.
+    """Refuse chords much longer than the others where the curve bends, warn of shorter ones and of all others but those
+    of leads, which are straight and reach to an end of the curve.
 
     Raises:
         InputError: a gap.
     """
     chords, median = curve.chords, curve.median_chord
-    wide = [int(row) for row in np.flatnonzero(chords > WIDE * median) if not _straight(curve.points, int(row))]
-    if not wide:
+    usual = np.flatnonzero(chords <= WIDE * median)
+    wide = [int(row) for row in np.flatnonzero(chords > WIDE * median)]
+    bent = [row for row in wide if not _straight(curve.points, row)]
+    worst = max(bent, key=lambda row: chords[row], default=None)
+    if worst is not None and chords[worst] > GAP * median:
+        expected = f"at most {GAP:g} times where the curve bends: are points missing?"
+        found = f"{chords[worst]:.4g}"
+        raise InputError(f"a gap: {_long_chord(curve, worst)}", file=path, found=found, expected=expected)
+    gaps = [row for row in wide if row in bent or usual[0] < row < usual[-1]]
+    if not gaps:
         return []
-    row = max(wide, key=lambda row: chords[row])
-    said = f"the chord between {curve.named(row, row + 1)} is {chords[row] / median:.0f} times the median chord"
-    if chords[row] <= GAP * median:
-        more = f" (the longest of {len(wide)} such gaps)" if len(wide) > 1 else ""
-        return [f"{said}; a spline bridges the gap{more}"]
-    expected = f"at most {GAP:g} times where the curve bends: are points missing?"
-    raise InputError(f"a gap: {said}", file=path, found=f"{chords[row]:.4g}", expected=expected)
+    more = f" (the longest of {len(gaps)} such gaps)" if len(gaps) > 1 else ""
+    said = _long_chord(curve, max(gaps, key=lambda row: chords[row]))
+    return [f"{said}; a spline bridges the gap{more}: are points missing?"]
+
+
+def _long_chord(curve: Polyline, row: int) -> str:
+    times = curve.chords[row] / curve.median_chord
+    return f"the chord between {curve.named(row, row + 1)} is {times:.0f} times the median chord"
 
 
 def _straight(x: Array, row: int) -> bool:

@@ -4,56 +4,88 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from knotfem.errors import InputError
+from knotfem.geometry.length_units import LengthUnit, length_unit
 from knotfem.geometry.polyline import Polyline, polyline
 
 AXES = ("x", "y", "z")
 RADII = ("radius", "r")
 """Names of a column with the radius of the rod."""
-_UNIT = re.compile(r"\s*[\[(].*[\])]$|(?<=[xyz])_(mm|cm|m|um|in)$")
-"""What may follow the name of a column: x [mm], x (mm), x_mm."""
+_BRACKETS = re.compile(r"(?P<name>.*?)\s*[\[(]\s*(?P<unit>[^\])]*?)\s*[\])]")
+_SUFFIX = re.compile(r"(?P<name>.*?)(?:_|\s*/\s*|\s+)(?P<unit>[^_/\s]+)")
+"""What may follow the name of a column: x [mm], x (mm); x_mm, x/mm, x mm."""
 _PARAVIEW = {f"points{mark}{number}": axis for mark in ":_" for number, axis in enumerate(AXES)}
 """Names that ParaView gives to the columns of coordinates."""
+
+
+@dataclass(frozen=True)
+class _Column:
+    """Head of a column.
+
+    Attributes:
+        text: as it stands in the file.
+        name: in small letters, without the unit.
+        unit: of its numbers, or None.
+        unknown: a unit that is none of length, or nothing.
+    """
+
+    text: str
+    name: str
+    unit: LengthUnit | None = None
+    unknown: str = ""
 
 
 def read_table(path: Path, text: str) -> list[Polyline]:
     """Curves of a table: a header that names the columns, or three numbers on each line; a blank line ends a curve.
 
     The columns are separated by semicolons, tabs, commas or blanks, whichever of them the first line has, in this
-    order. Where it is not the comma, numbers may have a decimal comma. `#` begins a comment.
+    order. Where it is not the comma, numbers may have a decimal comma. `#` begins a comment; the header may stand in
+    one. Names of columns may have a unit, which x, y and z share.
 
     Args:
         path: of the file, for messages.
         text: its content.
 
     Raises:
-        InputError: a line that is no point; a header without x, y and z.
+        InputError: a line that is no point; a header without x, y and z, or with several units of theirs.
     """
     rows = _rows(text)
     first = next(rows, None)
     if first is None:
         return []
     separator = _separator(first[1])
-    header = _cells(first[1], separator)
-    plain = [_number(cell, separator) for cell in header]
-    if None in plain:
-        columns = [_column(cell) for cell in header]
-        if not set(AXES) <= set(columns):
+    cells = _cells(first[1], separator)
+    if None in [_number(cell, separator) for cell in cells]:
+        columns = [_column(cell) for cell in cells]
+        if not _has_axes(columns):
             raise InputError(
                 f"line {first[0]} is not the header", file=path, found=first[1], expected="x,y,z among its columns"
             )
         data = list(rows)
     else:
-        columns, data = list(AXES), [first, *rows]
-        if len(header) != len(columns):
-            found = f"{len(header)} numbers in line {first[0]}"
+        columns, data = _commented(text, first[0], separator, len(cells)), [first, *rows]
+        if len(cells) != len(columns):
+            found = f"{len(cells)} numbers in line {first[0]}"
             raise InputError("no header", file=path, found=found, expected="x,y,z, or three numbers on each line")
-    return _curves(path, data, columns, header if None in plain else columns, separator)
+    return _curves(path, data, columns, separator)
+
+
+def _has_axes(columns: Sequence[_Column]) -> bool:
+    return set(AXES) <= {column.name for column in columns}
+
+
+def _commented(text: str, first: int, separator: str | None, count: int) -> list[_Column]:
+    """The header in a comment above the first point, as many programs write it; x, y, z where there is none."""
+    for line in reversed(text.splitlines()[: first - 1]):
+        columns = [_column(cell) for cell in _cells(line.strip().lstrip("#").strip(), separator)]
+        if len(columns) == count and _has_axes(columns):
+            return columns
+    return [_Column(axis, axis) for axis in AXES]
 
 
 def _rows(text: str) -> Iterator[tuple[int, str]]:
@@ -77,6 +109,8 @@ def _separator(line: str) -> str | None:
 
 
 def _cells(line: str, separator: str | None) -> list[str]:
+    if separator is None:
+        line = re.sub(r"\s+(?=[\[(])", "", line)  # a unit in brackets belongs to the name before it
     return [cell.strip().strip("\"'").strip() for cell in line.split(separator)]
 
 
@@ -87,18 +121,42 @@ def _number(cell: str, separator: str | None) -> float | None:
         return None
 
 
-def _column(name: str) -> str:
-    plain = _UNIT.sub("", name.strip().lower()).strip()
-    return _PARAVIEW.get(plain, plain)
+def _column(text: str) -> _Column:
+    """The head of a column; a suffix counts as a unit only if it is one of length."""
+    plain = text.strip().lower()
+    bracket, suffix = _BRACKETS.fullmatch(plain), _SUFFIX.fullmatch(plain)
+    unit, unknown = None, ""
+    if bracket is not None:
+        plain, unit = bracket["name"], length_unit(bracket["unit"])
+        unknown = "" if unit is not None else bracket["unit"]
+    elif suffix is not None and (unit := length_unit(suffix["unit"])) is not None:
+        plain = suffix["name"]
+    return _Column(text, _PARAVIEW.get(plain, plain), unit, unknown)
+
+
+def _shared_unit(path: Path, axes: Sequence[_Column]) -> _Column:
+    """The column whose unit x, y and z share; the first where there is none.
+
+    Raises:
+        InputError: they have several.
+    """
+    given = [column for column in axes if column.unit is not None]
+    for column in given[1:]:
+        if column.unit != given[0].unit:
+            found = " and ".join(f'"{one.text}"' for one in (given[0], column))
+            raise InputError("two units in its header", file=path, found=found, expected="one for x, y and z")
+    return given[0] if given else axes[0]
 
 
 def _curves(
-    path: Path, data: Sequence[tuple[int, str]], columns: Sequence[str], names: Sequence[str], separator: str | None
+    path: Path, data: Sequence[tuple[int, str]], columns: Sequence[_Column], separator: str | None
 ) -> list[Polyline]:
     """Curves of the lines after the header."""
-    places = [columns.index(axis) for axis in AXES]
-    radius = next((columns.index(name) for name in RADII if name in columns), None)
-    unused = tuple(name for i, name in enumerate(names) if i not in (*places, radius))
+    names = [column.name for column in columns]
+    places = [names.index(axis) for axis in AXES]
+    radius = next((names.index(name) for name in RADII if name in names), None)
+    axes = [columns[i] for i in places]
+    with_unit = _shared_unit(path, axes)
     found: list[tuple[list[int], list[list[float]]]] = [([], [])]
     for number, content in data:
         if not content:
@@ -106,12 +164,12 @@ def _curves(
                 found.append(([], []))
             continue
         cells = _cells(content, separator)
-        if [_column(cell) for cell in cells] == columns:
+        if [_column(cell).name for cell in cells] == names:
             continue  # the header again, above another curve
         numbers = [_number(cell, separator) for cell in cells]
         needed = [numbers[i] for i in (*places, *([] if radius is None else [radius])) if i < len(numbers)]
         if len(numbers) != len(columns) or None in needed:
-            expected = f"{len(columns)} numbers {','.join(names)}"
+            expected = f"{len(columns)} numbers {','.join(column.text for column in columns)}"
             raise InputError(f"line {number} is not a point", file=path, found=content, expected=expected)
         found[-1][0].append(number)
         found[-1][1].append([value for value in needed if value is not None])
@@ -119,5 +177,15 @@ def _curves(
     for lines, values in found:
         array = np.array(values, dtype=np.float64).reshape(-1, 3 if radius is None else 4)
         curve = polyline(np.ascontiguousarray(array[:, :3]), np.array(lines, dtype=np.int64))
-        curves.append(replace(curve, radii=None if radius is None else array[:, 3], unused=unused))
+        curves.append(
+            replace(
+                curve,
+                unit=with_unit.unit,
+                unit_from=with_unit.text if with_unit.unit is not None else "",
+                radii=None if radius is None else array[:, 3],
+                radius_unit=None if radius is None else columns[radius].unit,
+                unused=tuple(column.text for i, column in enumerate(columns) if i not in (*places, radius)),
+                unknown_unit=next((column.text for column in axes if column.unknown), ""),
+            )
+        )
     return curves

@@ -12,6 +12,7 @@ import numpy as np
 from knotfem.contact.report import ContactReport
 from knotfem.errors import InputError
 from knotfem.models.centreline import Centreline
+from knotfem.models.curve_size import Size
 from knotfem.models.limits import Reach
 from knotfem.models.material import Material
 from knotfem.models.series import Fields, SeriesMesh
@@ -245,6 +246,11 @@ class Model(ABC):
                 "longest_mm": float(lengths.max()),
             }
         return found
+
+    @property
+    def curves(self) -> dict[str, Size]:
+        """In which size the curve of each rod is taken, by the rod's name."""
+        return {rod.name: target.size for rod, target in zip(self.rods, self.targets, strict=True)}
 
     def end_label(self, rod: int, side: str) -> str:
         """Name of an end, such as "rod.start"."""

@@ -13,7 +13,8 @@ from knotfem.geometry.finite_rotation import rotate
 from knotfem.geometry.grading import graded_slices
 from knotfem.geometry.resample import arc_parameters, chords
 from knotfem.geometry.slices import Slices, equal_slices
-from knotfem.models.drawn import ONE_FRAME, Drawn, drawn_curves, scaling_warnings
+from knotfem.models.curve_size import ONE_FRAME, Size, scaling_warnings
+from knotfem.models.drawn import Drawn, drawn_curves
 from knotfem.scene.elements import ORDERS
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import MOST_SLICES, Rod
@@ -35,11 +36,13 @@ class Centreline:
     Attributes:
         points: vertices [mm], whose chords are as long as the slices, shape [sections, 3].
         slices: of the rod.
+        size: in which the curve is taken.
         warnings: what deserves one.
     """
 
     points: np.ndarray
     slices: Slices
+    size: Size
     warnings: tuple[str, ...] = ()
 
 
@@ -55,8 +58,7 @@ def centrelines_of(scene: Scene) -> list[Centreline]:
         for rod, curve, slices in zip(scene.rods, drawn, _slices_along(scene, drawn), strict=True)
     ]
     found = [_checked(rod, curve, one, scene) for rod, curve, one in zip(scene.rods, drawn, laid, strict=True)]
-    factors, added = [one.factor for one in laid], [one.added for one in laid]
-    said = scaling_warnings(scene.rods, factors, added)
+    said = scaling_warnings(scene.rods, drawn, [line.size for line in found])
     if scene.contact.enabled and len(found) > 1:
         lines, rods = [line.points for line in found], scene.rods
         cure = "; do they have one scale?" if any(ONE_FRAME in text for texts in said for text in texts) else ""
@@ -173,7 +175,8 @@ def _checked(rod: Rod, drawn: Drawn, laid: _Laid, scene: Scene) -> Centreline:
     )
     if unsmoothed is not None:
         check_smoothing(unsmoothed, points, rod.centerline)
-    return Centreline(points, laid.slices, (*drawn.warnings, *warnings))
+    size = Size(rod.centerline, laid.factor, drawn.why, laid.added)
+    return Centreline(points, laid.slices, size, (*drawn.warnings, *warnings))
 
 
 def place(points: np.ndarray, rod: Rod) -> np.ndarray:

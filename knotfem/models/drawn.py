@@ -1,8 +1,8 @@
-"""Curves of a scene's rods as they are drawn: read, smoothed, and in which scale they are taken."""
+"""Curves of a scene's rods as they are drawn: read, smoothed, and the factor in which they are taken."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,20 +21,12 @@ from knotfem.geometry.validate import SCATTERED
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import Rod, is_curve_file
 
-UNITS = {1000.0: "metres", 10.0: "centimetres", 25.4: "inches", 304.8: "feet", 1e-3: "micrometres"}
-"""What a file is in, by the millimetres of its unit."""
-SAME_UNIT = 0.03
-"""Relative difference of a factor from that of a unit."""
-UNSAID = 0.005
-"""Relative change of size that is not worth a word: a spline is longer than the polyline through its points."""
-ALIKE = 0.005
-"""Relative difference of the factors of two rods that is not."""
-ONE_FRAME = "curves drawn in one frame no longer fit"
-"""Said of rods whose factors differ by more."""
 APART = 2.0
 """Distance between the ends of a closed curve that is cut open, in diameters."""
 RADIUS = 0.02
 """Relative difference of the radius in a file from that of the rod."""
+SAME_FACTOR = 1e-6
+"""Relative difference of a scale from that of the unit in a file."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +37,7 @@ class Drawn:
         curve: smoothed; in mm where `factor` is given, else of any size.
         unsmoothed: vertices before smoothing [mm], shape [n, 3]; None without.
         factor: mm per unit of the file, by which the curve keeps its place; None where it is scaled to its length.
+        why: what gives the factor of the file.
         read: how the file was scaled before smoothing [mm per unit of the file].
         scatter: of its points across the curve [mm].
         warnings: what deserves one.
@@ -53,6 +46,7 @@ class Drawn:
     curve: Curve
     unsmoothed: np.ndarray | None
     factor: float | None
+    why: str
     read: float
     scatter: float
     warnings: tuple[str, ...] = ()
@@ -75,11 +69,14 @@ def drawn_curves(scene: Scene) -> list[Drawn]:
         InputError: a file that holds no curve of a rod; see `read_curve`.
     """
     files = [_read(rod) for rod in scene.rods]
-    own = {rod.name: _own_factor(rod, file) for rod, file in zip(scene.rods, files, strict=True)}
-    return [
-        _drawn(rod, file, own[rod.scale] if isinstance(rod.scale, str) else rod.scale, own[rod.name])
-        for rod, file in zip(scene.rods, files, strict=True)
-    ]
+    lengths = 1.0 if scene.rope is None else scene.rope.lengths
+    pairs = list(zip(scene.rods, files, strict=True))
+    own = {rod.name: _own_factor(rod, file, lengths) for rod, file in pairs}
+    drawn = []
+    for number, (rod, file) in enumerate(pairs):
+        factor, why = _factor(rod, number, file, own, lengths)
+        drawn.append(_drawn(rod, file, factor, why, own[rod.name], lengths))
+    return drawn
 
 
 def _read(rod: Rod) -> CurveFile:
@@ -87,31 +84,64 @@ def _read(rod: Rod) -> CurveFile:
     return read_curve(rod.curve_file, Choice(rod.curve, rod.cut_at, APART * rod.diameter / rod.length, smoothed))
 
 
-def _own_factor(rod: Rod, file: CurveFile) -> float:
+def _own_factor(rod: Rod, file: CurveFile, lengths: float) -> float:
     """By which the coordinates of a rod that takes its scale from none are multiplied."""
     if isinstance(rod.scale, float | int):
         return float(rod.scale)
+    if file.unit is not None:
+        return lengths * file.unit.millimetres
     return _vertices(rod, file, rod.length).scale
 
 
-def _drawn(rod: Rod, file: CurveFile, factor: float | None, own: float) -> Drawn:
+def _factor(
+    rod: Rod, number: int, file: CurveFile, own: Mapping[str, float], lengths: float
+) -> tuple[float | None, str]:
+    """By which the coordinates of a rod are multiplied, None for the length of the rod, and what gives it.
+
+    Args:
+        rod: in question.
+        number: of it in the scene.
+        file: of its curve.
+        own: factors of all rods by themselves, by their names.
+        lengths: by which the scene was scaled for another rope, with it curves that have a unit.
+
+    Raises:
+        InputError: the scale contradicts the unit in the file.
+    """
+    header = "" if file.unit is None else f'the unit in its header ("{file.unit_from}")'
+    key = f"rods.{number}.scale"
+    if rod.scale is None:
+        if file.unit is None:
+            return None, f"the length of the rod, {rod.length:g} mm"
+        scaled = "" if lengths == 1.0 else f", {lengths:g} times as large for --rope"
+        return lengths * file.unit.millimetres, header + scaled
+    named = isinstance(rod.scale, str)
+    factor = own[rod.scale] if isinstance(rod.scale, str) else float(rod.scale)
+    if file.unit is not None and abs(factor / (lengths * file.unit.millimetres) - 1.0) > SAME_FACTOR:
+        found = f'"{rod.scale}", {factor:.6g} mm per unit' if named else f"{factor:.6g}"
+        expected = f"{lengths * file.unit.millimetres:g} by {header}, no scale, or a header without a unit"
+        raise InputError(f"another unit than in {rod.centerline}", key=key, found=found, expected=expected)
+    return factor, f'{key} = "{rod.scale}"' if named else key
+
+
+def _drawn(rod: Rod, file: CurveFile, factor: float | None, why: str, own: float, lengths: float) -> Drawn:
     read = own if factor is None else factor
     noise = 0.0 if file.points is None else read * scatter(file.points)
-    warnings = [*file.warnings, *_radius_warning(rod, file, read)]
+    warnings = [*file.warnings, *_radius_warning(rod, file, read, lengths)]
     smoothing = rod.smoothing
     if smoothing.iterations == 0:
         if noise > SCATTERED * rod.diameter:
             cure = "smoothing.iterations = 1000 takes that out"
             warnings.append(f"{rod.centerline}: its points scatter by about {noise:.2g} mm; {cure}")
         curve = file.curve if factor is None else _scaled(file, factor)
-        return Drawn(curve, None, factor, read, noise, tuple(warnings))
+        return Drawn(curve, None, factor, why, read, noise, tuple(warnings))
     found = _vertices(rod, file, rod.length if factor is None else None).points
     raw = found if factor is None else factor * found
     keep_size = noise > SCATTERED * rod.diameter if smoothing.keep_size is None else smoothing.keep_size
     smooth = laplacian(raw, smoothing.gamma, smoothing.iterations, keep_size=keep_size)
     if is_curve_file(rod.centerline):
         warnings.append(_moved(rod, raw, smooth, keep_size=keep_size))
-    return Drawn(interpolate(smooth), raw, factor, read, noise, tuple(warnings))
+    return Drawn(interpolate(smooth), raw, factor, why, read, noise, tuple(warnings))
 
 
 def _vertices(rod: Rod, file: CurveFile, length: float | None) -> Chords:
@@ -147,41 +177,11 @@ def _moved(rod: Rod, before: np.ndarray, after: np.ndarray, *, keep_size: bool) 
     return f"{rod.centerline}: {kind} moves the curve by {said}"
 
 
-def _radius_warning(rod: Rod, file: CurveFile, factor: float) -> list[str]:
-    if file.radius is None or abs(factor * file.radius / rod.radius - 1.0) <= RADIUS:
+def _radius_warning(rod: Rod, file: CurveFile, factor: float, lengths: float) -> list[str]:
+    if file.radius is None:
         return []
-    found = f"{2.0 * factor * file.radius:.4g} mm"
+    radius = file.radius * (factor if file.radius_unit is None else lengths * file.radius_unit.millimetres)
+    if abs(radius / rod.radius - 1.0) <= RADIUS:
+        return []
+    found = f"{2.0 * radius:.4g} mm"
     return [f"{rod.centerline}: its radii make a diameter of {found}; the rod has {rod.diameter:.4g} mm"]
-
-
-def scaling_warnings(rods: Sequence[Rod], factors: Sequence[float], added: Sequence[float]) -> list[list[str]]:
-    """What must be said of the size in which the files of the rods are taken, for each rod.
-
-    Args:
-        rods: of the scene.
-        factors: mm per unit of the file of each.
-        added: by which the ends of each were made longer [mm].
-    """
-    said: list[list[str]] = [[] for _ in rods]
-    for index, (rod, factor, longer) in enumerate(zip(rods, factors, added, strict=True)):
-        if not is_curve_file(rod.centerline):
-            continue
-        if rod.scale is None and abs(factor - 1.0) > UNSAID:
-            goal = f"about the origin to the length of the rod, {rod.length:g} mm"
-            said[index].append(f"{rod.centerline}: scaled by {factor:.5g}{_unit(factor)} {goal}")
-        if abs(longer) > UNSAID * rod.length:
-            kind = "made longer" if longer > 0.0 else "cut"
-            goal = f"by {0.5 * abs(longer):.4g} mm each to the length of the rod, {rod.length:g} mm"
-            said[index].append(f"{rod.centerline}: in the scale of {factor:.5g}, its ends are {kind} {goal}")
-        first = next((i for i, other in enumerate(rods) if is_curve_file(other.centerline)), index)
-        free = rod.scale is None and rods[first].scale is None
-        if free and abs(factor / factors[first] - 1.0) > ALIKE:
-            both = f"{rods[first].name} is scaled by {factors[first]:.5g} and {rod.name} by {factor:.5g}"
-            cure = f'rods.{index}.scale = "{rods[first].name}" gives both one scale'
-            said[index].append(f"{both}, each to its own length: {ONE_FRAME}; {cure}")
-    return said
-
-
-def _unit(factor: float) -> str:
-    unit = next((name for size, name in UNITS.items() if abs(factor / size - 1.0) < SAME_UNIT), "")
-    return f" (the file seems to be in {unit})" if unit else ""

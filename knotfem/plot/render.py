@@ -20,6 +20,8 @@ from knotfem.types import Array, Index
 
 PLAIN = ("#e08a2c", "#3f78b5", "#5aa469", "#b55d8c")
 _HEIGHT = 1400
+ROUNDING = 1e-6
+"""Ends of the colour bar that are smaller, over its length, are zero: fields are stored in single precision."""
 GLOSS: dict[str, Any] = {"ambient": 0.22, "diffuse": 0.75, "specular": 0.25, "specular_power": 25}
 
 
@@ -68,7 +70,7 @@ class Look:
             the faces of the hexahedra are drawn.
         cylinders: obstacles.
         label: name and unit of the scalar, beside the colour bar.
-        colour_map: a matplotlib colour map.
+        colour_map: a matplotlib colour map, or colours from the lowest to the highest value.
         limits: smallest and largest value of the colour map; those of the drawn surface if left out.
     """
 
@@ -76,7 +78,7 @@ class Look:
     rings: Sequence[Index] = ()
     cylinders: Sequence[Cylinder] = ()
     label: str = ""
-    colour_map: str = "viridis"
+    colour_map: str | tuple[str, ...] = "viridis"
     limits: tuple[float, float] | None = None
 
     def surfaces(self, points: Array, hexes: Index) -> list[Surface]:
@@ -109,12 +111,14 @@ class Camera:
         up: direction that points up in the picture, shape (3,).
         target: points in mm that fill the picture, shape (m, 3); all rods if left out.
         margin: space around the target, as a fraction of the picture.
+        zoom: how many times as large, about the middle of the target.
     """
 
     direction: ArrayLike = (0.25, 1.0, -0.12)
     up: ArrayLike = (0.0, 0.0, 1.0)
     target: Array | None = None
     margin: float = 0.06
+    zoom: float = 1.0
 
 
 def zoomed(camera: Camera, target: Array, radius: float) -> Camera:
@@ -205,7 +209,12 @@ def _add_scene(plotter: Any, surfaces: Sequence[Surface], look: Look) -> Any:
     """Draw rods and obstacles; returns what colours the first rod by its values, or None without values."""
     mapper, cloud = None, _cloud(surfaces)
     limits = _limits(surfaces) if look.limits is None else look.limits
-    colouring: dict[str, Any] = {"scalars": "values", "cmap": look.colour_map, "clim": limits, "show_scalar_bar": False}
+    colouring: dict[str, Any] = {
+        "scalars": "values",
+        "cmap": _colour_map(look),
+        "clim": limits,
+        "show_scalar_bar": False,
+    }
     for i, surface in enumerate(surfaces):
         kind = {"color": PLAIN[i % len(PLAIN)]} if surface.values is None else colouring
         actor = plotter.add_mesh(polygons(surface), smooth_shading=bool(look.rings), **GLOSS, **kind)
@@ -218,6 +227,14 @@ def _add_scene(plotter: Any, surfaces: Sequence[Surface], look: Look) -> Any:
     return mapper
 
 
+def _colour_map(look: Look) -> Any:
+    if isinstance(look.colour_map, str):
+        return look.colour_map
+    from matplotlib.colors import LinearSegmentedColormap
+
+    return LinearSegmentedColormap.from_list("given", list(look.colour_map))
+
+
 def _cloud(surfaces: Sequence[Surface]) -> Array:
     return np.concatenate([surface.points for surface in surfaces])
 
@@ -227,6 +244,7 @@ def _limits(surfaces: Sequence[Surface]) -> tuple[float, float] | None:
     if not values:
         return None
     low, high = min(float(v.min()) for v in values), max(float(v.max()) for v in values)
+    low, high = (0.0 if abs(end) <= ROUNDING * (high - low) else end for end in (low, high))
     return (low, high) if high > low else (low - 0.5, high + 0.5)
 
 
@@ -300,7 +318,8 @@ class _Frame:
         ratio = float(np.clip(width / max(height, 1e-9), 0.55, 1.8)) + room
         self.size = (int(_HEIGHT * ratio), _HEIGHT) if size is None else size
         ratio = self.size[0] / self.size[1]
-        self.scale = max(height / 2 / (1 - STRIP), width / 2 / (ratio - room), 1e-6) * (1 + 2 * camera.margin)
+        fitted = max(height / 2 / (1 - STRIP), width / 2 / (ratio - room), 1e-6) * (1 + 2 * camera.margin)
+        self.scale = fitted / camera.zoom
         middle = (across.min() + across.max()) / 2 + room * self.scale
         depth = float((cloud @ self.forward).mean())
         self.focus = (

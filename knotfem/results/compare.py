@@ -207,8 +207,8 @@ def _records(runs: Sequence[Run], curves: Sequence[ForceCurve]) -> list[Figure]:
     ]
 
 
-def _knot_name(knot: str | dict[str, Any] | None) -> str | None:
-    return ", ".join(of_rod["name"] for of_rod in knot.values()) if isinstance(knot, dict) else knot
+def _knot_name(knot: str | dict[str, str] | None) -> str | None:
+    return "; ".join(knot.values()) if isinstance(knot, dict) else knot
 
 
 def _relative(values: Sequence[float | None]) -> list[Cell]:

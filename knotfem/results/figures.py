@@ -7,6 +7,7 @@ import numpy as np
 from knotfem.plot import plots
 from knotfem.results.data import open_run
 from knotfem.results.force import force_at, force_curve
+from knotfem.results.moment import moment_heading
 from knotfem.results.profile import StoredStates
 from knotfem.run.directory import RunDirectory
 from knotfem.run.recorder import Recorder
@@ -56,4 +57,4 @@ class RunFigures:
         last = stored.profile()
         curves = {"" if len(last.rods) == 1 else rod: last.of(rod).table for rod in sorted(last.rods)}
         applied = force_at(done, last.moment) or float(np.abs(last.tension).max()) or 1.0
-        plots.plot_tension(curves, run.path / "tension.png", applied=applied)
+        plots.plot_tension(curves, run.path / "tension.png", applied=applied, title=moment_heading(last.moment))

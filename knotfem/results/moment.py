@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from knotfem.errors import InputError
+from knotfem.plot.fonts import literal
 from knotfem.run.columns import RUNNING
 from knotfem.types import Arrays
 
@@ -37,6 +38,12 @@ class Moment:
     @property
     def _apart(self) -> bool:
         return not np.isclose(self.displacement, self.step_displacement, rtol=1e-9, atol=1e-9)
+
+
+def moment_heading(moment: Moment) -> str:
+    """A stored state as the heading of a figure."""
+    place = rf"$\delta$ = {moment.displacement:.4g} mm" if np.isfinite(moment.displacement) else ""
+    return ", ".join(part for part in (place, literal(moment.step)) if part)
 
 
 class AtMoment:

@@ -4,21 +4,37 @@ from __future__ import annotations
 
 import logging
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from knotfem.errors import InputError
+from knotfem.geometry.clearance import close_strands
+from knotfem.geometry.vectors import unit
 from knotfem.models.centreline import slices_of
 from knotfem.models.solid.body import meshes_of
-from knotfem.plot.render import Cylinder, Look, render_mesh, show_mesh
+from knotfem.plot.render import Camera, Cylinder, Look, render_mesh, show_mesh, zoomed
 from knotfem.results.fields import StateFields
 from knotfem.run.colours import COLOURS, DIVERGING, OLDER
 from knotfem.scene.model import Scene
 
 _LOG = logging.getLogger("knotfem")
+ZOOMS = (0.1, 100.0)
+"""Smallest and largest zoom of a picture."""
+NEAR = 1.3
+"""Distance in diameters below which a strand belongs to the knot."""
 
 
-def draw(fields: StateFields, scene: Scene, out: Path, colour: str = "strain") -> None:
+def draw(
+    fields: StateFields,
+    scene: Scene,
+    out: Path,
+    colour: str = "strain",
+    *,
+    focus: Literal["all", "knot"] = "all",
+    zoom: float = 1.0,
+) -> None:
     """Draw the rods in a stored state into a PNG file.
 
     Args:
@@ -26,12 +42,20 @@ def draw(fields: StateFields, scene: Scene, out: Path, colour: str = "strain") -
         scene: of the run.
         out: file.
         colour: a key of `COLOURS`; curvature and twist are fields of the rod model only.
+        focus: what fills the picture: "all" rods, or the "knot", where strands are close to each other or to obstacles.
+        zoom: how many times as large, about the middle of the picture.
 
     Raises:
-        InputError: no such colour, or no such field in the state.
+        InputError: no such colour, no such field in the state, no knot to focus on, or a zoom out of bounds.
         MissingDependency: pyvista or an OpenGL library is absent.
     """
-    render_mesh(fields.points, fields.cells, out, _look(fields, scene, colour))
+    if not ZOOMS[0] <= zoom <= ZOOMS[1]:
+        raise InputError("no such zoom", key="zoom", found=f"{zoom:g}", expected=f"{ZOOMS[0]:g} to {ZOOMS[1]:g}")
+    look = _look(fields, scene, colour)
+    camera = Camera(zoom=zoom)
+    if focus == "knot":
+        camera = zoomed(camera, _knot(fields, scene, look), 0.5 * max(rod.diameter for rod in scene.rods))
+    render_mesh(fields.points, fields.cells, out, look, camera=camera)
 
 
 def show(fields: StateFields, scene: Scene, colour: str = "strain") -> object:
@@ -65,7 +89,31 @@ def _look(fields: StateFields, scene: Scene, colour: str) -> Look:
     )
 
 
-def _scalars(fields: StateFields, colour: str) -> tuple[np.ndarray | None, str, str]:
+def _knot(fields: StateFields, scene: Scene, look: Look) -> np.ndarray:
+    """Points of the centrelines that are close to another strand, another rod or an obstacle [mm], shape [points, 3].
+
+    Raises:
+        InputError: there are none.
+    """
+    lines = [fields.points[rings].mean(axis=1) for rings in look.rings]
+    found = []
+    for number, (rod, line) in enumerate(zip(scene.rods, lines, strict=True)):
+        near = close_strands(line, rod.diameter, NEAR)
+        for other in (*lines[:number], *lines[number + 1 :]):
+            near |= KDTree(other).query(line)[0] < NEAR * rod.diameter
+        for obstacle in scene.obstacles:
+            across = line - np.asarray(obstacle.point)
+            across = across - np.outer(across @ unit(obstacle.axis), unit(obstacle.axis))
+            near |= np.linalg.norm(across, axis=1) - 0.5 * obstacle.diameter < NEAR * rod.diameter
+        found.append(line[near])
+    points = np.concatenate(found)
+    if len(points) == 0:
+        expected = f"strands that come closer than {NEAR:g} diameters to each other or to an obstacle"
+        raise InputError("no knot to focus on", key="focus", expected=expected)
+    return points
+
+
+def _scalars(fields: StateFields, colour: str) -> tuple[np.ndarray | None, str, str | tuple[str, ...]]:
     if colour in OLDER:
         _LOG.warning(
             'the colour "%s" is called "%s" now; the field "pressure" is the mean stress', colour, OLDER[colour]

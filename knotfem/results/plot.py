@@ -16,6 +16,7 @@ from knotfem.plot.paper import COLUMN, Sheet, check_format, drawing, panels_of, 
 from knotfem.results.base import displacement_of, labels_of
 from knotfem.results.data import open_run
 from knotfem.results.force import force_at, force_curve
+from knotfem.results.moment import moment_heading
 from knotfem.results.profile import TensionProfile
 from knotfem.results.run import Run
 
@@ -78,12 +79,12 @@ def plot(
             in mm, "both" radii below and mm above; None is "both" where all radii are the same, else "radii".
         force_unit: "N", or "B/r^2" of each run's softest rod.
         labels: of the runs in the legend; their names by default, and no legend for a single run.
-        xlim: of the horizontal axis as it is drawn; not with both quantities.
+        xlim: of the horizontal axis as it is drawn, some of the data between them; not with both quantities.
         ylim: likewise, of the vertical axis.
         at: displacement of the tension profiles over all steps, [mm] or such as "60 mm"; the nearest stored state of
             each run is taken; None for the last.
         step: name of the step that these states are to be of; None for any.
-        title: heading.
+        title: heading; figures of tension say below it which states they show.
 
     Raises:
         InputError: no runs, one that has stored nothing to draw, or arguments that do not fit.
@@ -113,12 +114,16 @@ def plot(
         if quantity != "force":
             legend = named and quantity == "tension"
             profiles = [run.tension(millimetres, step) for run in opened]
-            _draw_tensions(axes[-1], dict(zip(names, zip(opened, profiles, strict=True), strict=True)), axis, legend)
+            drawn = dict(zip(names, zip(opened, profiles, strict=True), strict=True))
+            heading = _draw_tensions(axes[-1], drawn, axis, legend)
+            axes[-1].set_title(heading, fontsize=font)
         for side, (low, high) in (("x", xlim), ("y", ylim)):
             if low is not None or high is not None:
+                _check_limits(axes[0], side, low, high)
                 (axes[0].set_xlim if side == "x" else axes[0].set_ylim)(low, high)
         if title:
-            axes[0].set_title(literal(title), fontsize=font + 1.0)
+            below = f"\n{axes[0].get_title()}" if axes[0].get_title() else ""
+            axes[0].set_title(literal(title) + below, fontsize=font + 1.0)
         if out is not None:
             write(figure, Path(out))
     return Drawn(figure, names, profiles)
@@ -149,7 +154,8 @@ def _draw_forces(
 
 def _draw_tensions(
     axes: Axes, runs: Mapping[str, tuple[Run, TensionProfile]], axis: DisplacementAxis | None, named: bool
-) -> None:
+) -> str:
+    """Draw the profiles; returns which states they are of."""
     forces = {label: force_at(run, profile.moment) for label, (run, profile) in runs.items()}
     over_force = all(force != 0.0 for force in forces.values())
     along = "arclength_mm" if axis == "mm" else "s_over_L"
@@ -162,6 +168,10 @@ def _draw_tensions(
         }
     draw_profiles(axes, tables, named=named, along=along)
     axes.set_ylabel(r"tension $T / F$" if over_force else r"tension $T$ (N)")
+    moments = {label: moment_heading(profile.moment) for label, (_, profile) in runs.items()}
+    if len(set(moments.values())) == 1:
+        return next(iter(moments.values()))
+    return "\n".join(f"{literal(label)}: {said}" for label, said in moments.items())
 
 
 def _check(quantity: str, axis: str | None, force_unit: str, limits: Sequence[float | None]) -> None:
@@ -180,13 +190,39 @@ def _check(quantity: str, axis: str | None, force_unit: str, limits: Sequence[fl
             raise InputError("limits that do not rise", key=key, found=f"{low:g}:{high:g}", expected="low below high")
 
 
+def _check_limits(axes: Axes, side: str, low: float | None, high: float | None) -> None:
+    """Refuse limits of an axis between which no curve has a point.
+
+    Raises:
+        InputError: there is none.
+    """
+    curves = [line.get_xdata() if side == "x" else line.get_ydata() for line in axes.get_lines()]
+    values = np.concatenate([np.asarray(curve, dtype=np.float64) for curve in curves])
+    values = values[np.isfinite(values)]
+    if not values.size:
+        return
+    first, last = float(values.min()), float(values.max())
+    if (low is not None and low > last) or (high is not None and high < first):
+        found = ":".join("" if limit is None else f"{limit:g}" for limit in (low, high))
+        expected = f"limits within which there is something: the data go from {first:.4g} to {last:.4g}"
+        raise InputError("nothing lies between these limits", key=f"{side}lim", found=found, expected=expected)
+
+
 def _sheet(width: float | str | None, height: float | str | None, font: float, panels: int) -> Sheet:
-    across = displacement_of(width, "width") or panels * COLUMN
-    high = displacement_of(height, "height") or SLENDERNESS * across / panels
+    across = panels * COLUMN if width is None else displacement_of(width, "width") or 0.0
+    sizes = dict(SIZES)
+    if height is None:  # it follows from the width, whose bounds then are those of both
+        high, slope = SLENDERNESS * across / panels, SLENDERNESS / panels
+        (low, most), (shortest, tallest) = SIZES["width"], SIZES["height"]
+        sizes["width"] = max(low, shortest / slope), min(most, tallest / slope)
+    else:
+        high = displacement_of(height, "height") or 0.0
     for key, value in (("width", across), ("height", high), ("font", font)):
-        low, most = SIZES[key]
-        if not low <= value <= most or not np.isfinite(value):
+        low, most = sizes[key]
+        if not low * (1.0 - 1e-9) <= value <= most * (1.0 + 1e-9) or not np.isfinite(value):
             unit = "pt" if key == "font" else "mm"
-            expected = f"{low:g} to {most:g} {unit}"
+            expected = f"{low:.3g} to {most:.4g} {unit}"
+            if key == "width" and height is None:
+                expected += " without a height of its own"
             raise InputError("no size of a figure", key=key, found=f"{value:g} {unit}", expected=expected)
     return Sheet(across, high, font, dpi=300.0)

@@ -10,7 +10,7 @@ import numpy as np
 
 from knotfem.errors import InputError
 from knotfem.results.base import RunData, frame_of
-from knotfem.results.moment import AtMoment, Moment, choose, moments_of
+from knotfem.results.moment import AtMoment, Moment, choose, moment_heading, moments_of
 from knotfem.types import Arrays
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ class TensionProfile(AtMoment):
         return frame_of(self.table)
 
     def plot(self, axes: Axes | None = None, **line: object) -> Axes:
-        """Tension [N] against arclength [mm], a line for each rod."""
+        """Tension [N] against arclength [mm], a line for each rod; a figure of its own says which state it shows."""
         from knotfem.plot.axes import axes_for
 
         drawn = axes_for(axes)
@@ -75,6 +75,8 @@ class TensionProfile(AtMoment):
             drawn.plot(part.arclength, part.tension, **{"label": rod, **line})  # pyright: ignore[reportArgumentType]
         drawn.set_xlabel("arclength [mm]")
         drawn.set_ylabel("tension [N]")
+        if axes is None:
+            drawn.set_title(moment_heading(self.moment))
         return drawn
 
 

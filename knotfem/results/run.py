@@ -18,11 +18,17 @@ from knotfem.results.moment import reach
 from knotfem.results.profile import StoredStates, TensionProfile, stored_states
 from knotfem.results.states import RunState
 from knotfem.run.checkpoint import RunCheckpoint
+from knotfem.run.monitor import Knots, in_words
 from knotfem.stability.holding import Holding
 from knotfem.types import Arrays
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+
+def knot_said(found: str | Knots | None) -> str | dict[str, str] | None:
+    """What summary.json says of the knots of a run, in words; several rods have a record each there."""
+    return in_words(found) if isinstance(found, dict) else found
 
 
 class Run(RunData):
@@ -148,9 +154,9 @@ class Run(RunData):
         return EnergyCurve(self.table("force"))
 
     @property
-    def knot(self) -> str | dict[str, Any] | None:
-        """Name of the knot at the end, or names of several rods' knots."""
-        return self.summary.get("knot_after")
+    def knot(self) -> str | dict[str, str] | None:
+        """Name of the knot at the end; of several rods what each is tied into and linked with, by its name."""
+        return knot_said(self.summary.get("knot_after"))
 
     @property
     def verdict(self) -> str | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -37,11 +38,13 @@ class RunState(AtMoment):
         """Places [mm], shape [points, 3]."""
         return self.fields.points
 
-    def render(self, out: str | Path, colour: str = "strain") -> None:
+    def render(
+        self, out: str | Path, colour: str = "strain", *, focus: Literal["all", "knot"] = "all", zoom: float = 1.0
+    ) -> None:
         """Draw the rods into a PNG file; see `knotfem.results.pictures.draw`."""
         from knotfem.results.pictures import draw
 
-        draw(self.fields, self.scene, Path(out), colour)
+        draw(self.fields, self.scene, Path(out), colour, focus=focus, zoom=zoom)
 
     def show(self, colour: str = "strain") -> object:
         """Show the rods in a window or a notebook; see `knotfem.results.pictures.show`."""

@@ -9,7 +9,7 @@ from knotfem.models.base import Model
 from knotfem.models.build import build_model
 from knotfem.models.described import deforming
 from knotfem.run.expected import expected_memory_mb, expected_seconds, refuse_too_large
-from knotfem.run.monitor import KnotMonitor
+from knotfem.run.monitor import KnotMonitor, in_words
 from knotfem.run.source import source_rods
 from knotfem.scene.load import Overrides, load_scene
 from knotfem.scene.model import Scene
@@ -28,7 +28,7 @@ UNUSED = {
 
 
 def check(source: Scene | str | Path, overrides: Overrides = ()) -> dict[str, Any]:
-    """Knots that are to be tied, effects that will run and those that will not, size, expected memory and time.
+    """Knots that are to be tied, sizes of curves, effects that will run and those that will not, and what it takes.
 
     Args:
         source: a scene, as for `load_scene`.
@@ -43,7 +43,8 @@ def check(source: Scene | str | Path, overrides: Overrides = ()) -> dict[str, An
     unknowns = model.dofs
     knots = KnotMonitor(model).knots_along([target.points for target in model.targets])
     return {
-        "knots": {rod: knot["said"] for rod, knot in knots.items()},
+        "knots": in_words(knots),
+        "curves": {rod: str(size) for rod, size in model.curves.items()},
         "effects": model.describe(),
         "absent": model.absent,
         "unused_keys": list(UNUSED[scene.model]),

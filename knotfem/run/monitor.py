@@ -56,6 +56,15 @@ Knots = dict[str, dict[str, Any]]
 """Fields of `RodKnot` of each rod, by its name, fit for JSON."""
 
 
+def in_words(knots: Knots) -> dict[str, str]:
+    """What each rod is tied into and linked with, in words, by its name."""
+    said = {}
+    for rod, knot in knots.items():
+        linked = [other for other, polynomials in knot.get("laced", {}).items() if polynomials]
+        said[rod] = knot["said"] + (f", linked with {' and '.join(linked)}" if linked else "")
+    return said
+
+
 class KnotMonitor:
     """Names knots and finds strands that pass through each other.
 

@@ -1,4 +1,4 @@
-"""Progress of a run: a live bar on a terminal, a line a step elsewhere, JSON lines, or nothing."""
+"""Progress of a run: a live bar on a terminal, lines once in a while elsewhere, JSON lines, or nothing."""
 
 from __future__ import annotations
 
@@ -18,6 +18,8 @@ from knotfem.run.step_figures import StepReport, figures
 LogFormat = Literal["text", "json"]
 LINE = 132
 """Characters in a line where nobody says how many there are."""
+EVERY = 30.0
+"""Longest time between two lines of a run that goes on [s]; steps at which an output is due have one anyway."""
 BAR = 8 + 1 + 10 + 1
 """Characters of a live bar and the name of its phase."""
 
@@ -100,7 +102,7 @@ class JsonLines:
     def step(self, report: StepReport) -> None:
         """Write the step with its unit-bearing names."""
         left = self._clock.time_left(report)
-        fields = {name: value for name, value in asdict(report).items() if name not in ("kind", "stretch")}
+        fields = {name: value for name, value in asdict(report).items() if name not in ("kind", "stretch", "due")}
         fields["time_left"] = left
         named = {_JSON_NAMES.get(name, name): value for name, value in fields.items()}
         self._write(
@@ -115,18 +117,20 @@ class JsonLines:
 
 
 class Lines:
-    """A line of text a step."""
+    """A line of text where a phase begins, at each output, and once in a while between them."""
 
     def __init__(self, stream: IO[str]) -> None:
-        self._stream, self._clock = stream, _Clock()
+        self._stream, self._clock, self._pace = stream, _Clock(), _Pace()
 
     def message(self, text: str) -> None:
         """Write the text."""
         print(text, file=self._stream, flush=True)
 
     def step(self, report: StepReport) -> None:
-        """Write the step's figures."""
+        """Write the step's figures, if it is time to."""
         left = self._clock.time_left(report)
+        if not self._pace.due(report):
+            return
         done = "" if math.isnan(report.fraction) else f"{100.0 * report.fraction:5.1f} %  "
         head = f"{report.phase:<8} {done}{_left(left)}"
         width = int(os.environ["COLUMNS"]) if os.environ.get("COLUMNS", "").isdecimal() else LINE
@@ -199,17 +203,19 @@ def make_progress(*, quiet: bool = False, log_format: LogFormat = "text", stream
 
 
 class Logged:
-    """A record of the log "knotfem" for each step, for programs that have no terminal."""
+    """Records of the log "knotfem", as often as `Lines`, for programs that have no terminal."""
 
     def __init__(self) -> None:
-        self._log = logging.getLogger("knotfem")
+        self._log, self._pace = logging.getLogger("knotfem"), _Pace()
 
     def message(self, text: str) -> None:
         """Log the text."""
         self._log.info(text)
 
     def step(self, report: StepReport) -> None:
-        """Log the step's figures."""
+        """Log the step's figures, if it is time to."""
+        if not self._pace.due(report):
+            return
         self._log.info("%s  %s", report.phase, figures(report))
 
     def close(self) -> None:
@@ -247,6 +253,21 @@ class _Clock:
             self._phase, self._start, self._fraction = report.phase, now, report.fraction
         done = report.fraction - self._fraction
         return (now - self._start) * (1.0 - report.fraction) / done if done > 0.0 else math.nan
+
+
+class _Pace:
+    """Says of which steps there is a line."""
+
+    def __init__(self) -> None:
+        self._phase, self._told = "", -math.inf
+
+    def due(self, report: StepReport) -> bool:
+        """Whether a step is the first of its phase, has an output, or comes `EVERY` seconds after the last line."""
+        now = time.monotonic()
+        if report.phase == self._phase and not report.due and now - self._told < EVERY:
+            return False
+        self._phase, self._told = report.phase, now
+        return True
 
 
 def _left(seconds: float) -> str:

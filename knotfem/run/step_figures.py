@@ -23,6 +23,7 @@ class StepReport:
         iterations: of Newton's method.
         kind: "mapping", "relax" for steps without load, "pull" where ends are driven, or "load".
         stretch: smallest and largest of the centreline, while mapping; else None.
+        due: whether an output is due, or the phase ends.
     """
 
     phase: str
@@ -36,6 +37,7 @@ class StepReport:
     iterations: int = 0
     kind: Literal["mapping", "relax", "pull", "load"] = "pull"
     stretch: tuple[float, float] | None = None
+    due: bool = False
 
 
 def figures(report: StepReport, width: int = 1000) -> str:

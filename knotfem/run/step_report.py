@@ -15,7 +15,9 @@ def report_of(event: Increment | TimeStepDone) -> StepReport:
     if isinstance(event, Increment):
         stretch = float(event.stretch.min()), float(event.stretch.max())
         done = event.mapping_time
-        return StepReport("mapping", done, done, iterations=event.iterations, kind="mapping", stretch=stretch)
+        return StepReport(
+            "mapping", done, done, iterations=event.iterations, kind="mapping", stretch=stretch, due=done >= 1.0
+        )
     figures, accepted = event.figures, event.accepted
     kinds: dict[type[Step], Literal["relax", "pull"]] = {Relax: "relax", Pull: "pull"}
     size = accepted.advance * (event.step.nominal_speed if isinstance(event.step, Pull) else 1.0)
@@ -30,4 +32,5 @@ def report_of(event: Increment | TimeStepDone) -> StepReport:
         figures.penetration,
         accepted.solution.iterations,
         kinds.get(type(event.step), "load"),
+        due=event.output,
     )

@@ -44,6 +44,7 @@ class Summary:
             "other_cpu_s": 0.0,
             "costs": {part: _nothing() for part in ("assembly", "contact", "factorisation", "solve", "output")},
             "absent_effects": dict(model.absent),
+            "curves": {rod: size.figures for rod, size in model.curves.items()},
             **_size(model),
             "steps": 0,
             "newton_iterations": 0,

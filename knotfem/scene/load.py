@@ -57,16 +57,56 @@ def load_scene(
         return source
     tables, path = _tables_of(source)
     _make_uniform(tables, path.parent, path)
-    changes = changes_of(overrides)
-    for key, value in changes.items():
-        _make_room(tables, key, value)
-    places = {key: _override(tables, key, value) for key, value in changes.items()}
-    _make_uniform(tables, folder, OVERRIDES)
+    original, changes = deepcopy(tables), changes_of(overrides)
+    places = _change(tables, changes, folder)
     try:
         return Scene.model_validate(tables)
     except ValidationError as error:
         found = [_locate(one, path, places) for one in input_errors(error, tables)]
-        raise one_error(found) from None
+    raise one_error([_blame(one, path, original, changes, folder) for one in found])
+
+
+def _change(tables: dict[str, Any], changes: Mapping[str, Any], folder: Path) -> dict[str, list[str]]:
+    """Set and remove keys; returns the parts of each, see `_override`."""
+    for key, value in changes.items():
+        _make_room(tables, key, value)
+    places = {key: _override(tables, key, value) for key, value in changes.items()}
+    _make_uniform(tables, folder, OVERRIDES)
+    return places
+
+
+def _blame(
+    error: InputError, path: Path, original: Mapping[str, Any], changes: Mapping[str, Any], folder: Path
+) -> InputError:
+    """An error at a key of the file, at the overrides without which it would not be there.
+
+    Args:
+        error: as it was located.
+        path: of the file.
+        original: tables of the file.
+        changes: all overrides.
+        folder: where their relative paths start.
+    """
+    if error.file != path or not changes:
+        return error
+
+    def remains(some: Mapping[str, Any]) -> bool:
+        tables = deepcopy(dict(original))
+        try:
+            _change(tables, some, folder)
+            Scene.model_validate(tables)
+        except ValidationError as found:
+            return any((one.key, one.problem) == (error.key, error.problem) for one in input_errors(found, tables))
+        except InputError:  # an override that needs another one
+            return True
+        return False
+
+    if remains({}):
+        return error
+    guilty = [key for key in changes if not remains({other: value for other, value in changes.items() if other != key})]
+    problem = f"makes {error.key} wrong: {error.problem}"
+    culprits = " and ".join(guilty or changes)
+    return InputError(problem, file=OVERRIDES, key=culprits, found=error.found, expected=error.expected)
 
 
 def _tables_of(source: str | Path | Scene) -> tuple[dict[str, Any], Path]:

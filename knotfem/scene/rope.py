@@ -12,7 +12,7 @@ from pydantic import Field, ValidationError, model_validator
 from knotfem.errors import ROPE, InputError
 from knotfem.names import suggestion
 from knotfem.scene.quantity import LENGTH, PRESSURE, PositiveLength, PositivePressure, Quantity
-from knotfem.scene.table import Friction, Number, Table, input_errors, one_error, refusal
+from knotfem.scene.table import Flag, Friction, Number, Table, input_errors, one_error, refusal
 
 POWERS = {"mm": (1, 0), "mm/s": (1, 0), "MPa": (0, 1), "N": (2, 1)}
 """Powers of the ratios of diameters and of moduli by which quantities of these units are scaled; others stay."""
@@ -47,14 +47,16 @@ class Rope(Table):
 
 
 class Scaled(Table):
-    """How a scene was made for another rope; a record, it changes nothing.
+    """How a scene was made for another rope: a record, which only curves with a unit of their own heed.
 
     Attributes:
         scene: that was scaled.
         diameter: of its thinnest rod [mm].
         youngs_modulus: of its softest rod [MPa].
         friction: of it, rope on rope.
-        lengths: by which all lengths were multiplied, with them displacements and speeds.
+        obstacles_kept: whether rope on rope rubs otherwise, and rope on obstacles as before.
+        lengths: by which all lengths were multiplied, with them displacements and speeds, and curves whose files have a
+            unit.
         stresses: likewise moduli.
         forces: likewise forces and their tolerance.
     """
@@ -63,6 +65,7 @@ class Scaled(Table):
     diameter: PositiveLength
     youngs_modulus: PositivePressure
     friction: Friction
+    obstacles_kept: Flag = False
     lengths: Ratio = 1.0
     stresses: Ratio = 1.0
     forces: Ratio = 1.0
@@ -81,9 +84,9 @@ class Scaled(Table):
         kinds = {"lengths and speeds": self.lengths, "stresses": self.stresses, "forces": self.forces}
         changed = [f"{kind} x {ratio:.4g}" for kind, ratio in kinds.items() if ratio != 1.0]
         what = ", ".join(changed) if changed else "friction only"
-        return (
-            f"{self.scene} of {self.diameter:g} mm and {self.youngs_modulus:g} MPa scaled: {what}; times as they were"
-        )
+        kept = "; friction on obstacles as it was (obstacle_friction changes it)" if self.obstacles_kept else ""
+        of = f"{self.scene} of {self.diameter:g} mm and {self.youngs_modulus:g} MPa"
+        return f"{of} scaled: {what}; times as they were{kept}"
 
 
 @dataclass(frozen=True)
@@ -147,6 +150,8 @@ def tables_for(rope: Rope, scene: Any) -> dict[str, Any]:
     }  # fmt: skip
     for kind, unit in (("lengths", "mm"), ("stresses", "MPa"), ("forces", "N")):
         record[kind] = float(f"{(1.0 if earlier is None else getattr(earlier, kind)) * ratios.of(unit):.{DIGITS}g}")
+    if rope.friction is not None or rope.obstacle_friction is not None:
+        record["obstacles_kept"] = bool(scene.obstacles) and rope.obstacle_friction is None
     return {**tables, "rope": record}
 
 

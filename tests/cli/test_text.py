@@ -80,7 +80,7 @@ def test_mapping_and_relaxing_show_no_zeros():
     stream = io.StringIO()
     progress = make_progress(stream=stream)
     progress.step(StepReport("mapping", 0.4, 0.4, kind="mapping", stretch=(0.93, 1.04)))
-    progress.step(StepReport("mapping", 0.5, 0.5, iterations=1, kind="mapping", stretch=(0.93, 1.04)))
+    progress.step(StepReport("mapping", 0.5, 0.5, iterations=1, kind="mapping", stretch=(0.93, 1.04), due=True))
     progress.step(StepReport("relax", contacts=3, penetration=0.01, iterations=2, kind="relax"))
     first, second, third = stream.getvalue().splitlines()
     assert first == "mapping   40.0 %  stretch 0.930 to 1.040"

@@ -132,6 +132,24 @@ def test_the_verdict_is_told_in_words(calls: Calls, monkeypatch: pytest.MonkeyPa
     assert "the knot holds" not in call("pull", "bowline", "--quiet", "-o", "other").stderr
 
 
+def test_knots_of_two_rods_are_told_in_words(calls: Calls, monkeypatch: pytest.MonkeyPatch) -> None:
+    def drive(run: RunDirectory, goal: str, progress: object, **options: object) -> None:
+        record = {"name": "unknot", "closures": {"unknot": 12}, "linking": [], "turns": []}
+        knots = {"hitch": {**record, "said": "unknot", "laced": {"bight": ["t"]}},
+                 "bight": {**record, "said": "3_1 (by 10 of 12 closures)", "laced": {"hitch": []}}}  # fmt: skip
+        run.write_summary({"steps": 7, "knot_before": knots, "knot_after": knots})
+
+    monkeypatch.setattr(knotfem.api, "drive", drive)
+    result = call("pull", "sheet-bend", "-o", "run")
+    assert result.exit_code == 0, result.output
+    assert "knot after\n  hitch  unknot, linked with bight\n  bight  3_1 (by 10 of 12 closures)\n" in result.stderr
+    assert "linking" not in result.stderr
+    assert "closures" in knotfem.open_run("run").summary["knot_after"]["hitch"], "the summary keeps the record"
+    assert knotfem.open_run("run").knot == {
+        "hitch": "unknot, linked with bight", "bight": "3_1 (by 10 of 12 closures)"
+    }  # fmt: skip
+
+
 def test_a_folder_that_is_no_run_does_not_hide_a_shipped_scene(calls: Calls) -> None:
     Path("bowline/runs").mkdir(parents=True)
     assert call("pull", "bowline", "-o", "out").exit_code == 0
@@ -227,6 +245,8 @@ def test_check(stand_in: Callable[..., None]) -> None:
     names, values = ("degrees of freedom", "warnings", "time", "knot"), ("12", "none", "0.125", "-")
     facts = "".join(f"{name:<18}  {value}\n" for name, value in zip(names, values, strict=True))
     assert f"\neffects that act\n  gravity  absent\n{facts}" in result.stdout
+    found["warnings"] = ["the first, with a comma", "the second"]
+    assert "\nwarnings\n  the first, with a comma\n  the second\n" in call("check", "bowline").stdout
     assert call("check", "bowline", "--quiet").output == ""
     assert json.loads(call("check", "bowline", "--log-format", "json").stdout)["dofs"] == 12
     assert call("check", "bowline", "--set", "contact.friction=-1").exit_code == 3
@@ -272,15 +292,20 @@ def test_tension(tmp_path: Path) -> None:
 
 def test_render(stand_in: Callable[..., None], tmp_path: Path) -> None:
     drawn: Calls = []
+    framing: list[dict[str, object]] = []
 
-    def draw(fields: StateFields, scene: Scene, out: Path, colour: str) -> None:
+    def draw(fields: StateFields, scene: Scene, out: Path, colour: str, **framed: object) -> None:
         drawn.append((out, colour, float(fields.points[0, 0])))
+        framing.append(framed)
 
     stand_in(knotfem.results, "pictures", draw=draw)
     path = stored_run(tmp_path / "run")
     assert call("render", path).stdout == f"{path}/knot-strain.png\n"
     assert call("render", path, "-o", "a.png", "--colour", "tension", "--at", "3 mm").stdout == "a.png\n"
     assert drawn == [(path / "knot-strain.png", "strain", 2.0), (Path("a.png"), "tension", 1.0)]
+    assert framing == [{"focus": "all", "zoom": 1.0}] * 2
+    call("render", path, "-o", "a.png", "--color", "tension", "--focus", "knot", "--zoom", "2")
+    assert (drawn[-1][1], framing[-1]) == ("tension", {"focus": "knot", "zoom": 2.0})
     assert call("render", path, "--colour", "red").exit_code == 2
     beyond = call("render", path, "--at", "99 mm")
     assert (beyond.exit_code, "no state is stored near this displacement" in beyond.stderr) == (3, True)

@@ -63,6 +63,20 @@ def test_every_column_has_a_meaning():
         ("stress", "xx, yy, zz, xy, yz, xz"),
         ("pressure", "not that of contacts"),
         ("element", '"hex8-reduced"'),
+        ("steps.1.ends.rod.start.direction", "steps.N.ends.N.start[driven].direction"),
+        ("steps.pull.ends.rod.start", "steps.N.ends.N.start[loaded].force"),
+        ("ends.rod.end.motion", '"clamped", "pinned"'),
+        ("rods.0.origin.2", "where the curve's own origin goes"),
+        ("contact.pairs.0.between.1", "two names, of rods"),
+        ("rods.0.mesh", "rods.N.mesh.element_length"),
+        ("steps.1", "steps.N[pull].displacement"),
+        ("verdict", "no longer what it was"),
+        ("holding", "holding_force_N"),
+        ("holding_force_N", "largest force in equilibrium before that [N]"),
+        ("jumps", "from one branch of equilibria"),
+        ("largest |stretch - 1| while mapped", "steps after tying do not count"),
+        ("force.csv", "displacement_mm"),
+        ("status.json", "running, done"),
     ],
 )
 def test_help_of_a_name(name, said):
@@ -75,7 +89,13 @@ def test_names_that_several_things_have_are_all_told():
     text = reference.look_up("friction")
     assert all(path in text for path in ("contact.friction", "obstacles.N.friction", "contact.pairs.N.friction"))
     assert text.count("column of") == 0
-    assert reference.look_up("twist").count("\n\n") == 1
+    assert reference.look_up("twist").count("\n\n") == 2
+
+
+def test_a_name_is_not_taken_for_that_of_an_entry_elsewhere():
+    assert "obstacles" not in reference.look_up("contact.friction")
+    with pytest.raises(InputError):
+        reference.look_up("steps.1.ends.rod.start.directions")
 
 
 def test_what_nothing_is_called():

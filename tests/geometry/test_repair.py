@@ -64,7 +64,8 @@ def test_a_gap_where_the_curve_bends_is_refused_a_wide_chord_warned_of(tmp_path:
     x = helix(4.0, 2000)
     with pytest.raises(InputError, match=r"a gap: the chord between points 500 and 501 .*is \d+ times the"):
         read(tmp_path, np.delete(x, slice(500, 800), axis=0))
-    assert read(tmp_path, np.delete(x, slice(500, 509), axis=0)).warnings == ()
+    (warning,) = read(tmp_path, np.delete(x, slice(500, 513), axis=0)).warnings
+    assert "points 500 and 501 (lines 501 and 502) is 14 times the median chord; a spline bridges the gap" in warning
     coarse = helix(4.0, 200)
     (warning,) = read(tmp_path, np.delete(coarse, slice(50, 59), axis=0)).warnings
     assert "points 50 and 51 (lines 51 and 52) is 9 times the median chord; a spline bridges the gap" in warning
@@ -75,6 +76,8 @@ def test_a_straight_lead_of_few_points_is_no_gap(tmp_path: Path) -> None:
     x = helix(4.0, 2000)
     out = x[-1] - x[-2]
     assert read(tmp_path, np.vstack([x, x[-1] + 500.0 * out, x[-1] + 1000.0 * out])).warnings == ()
+    (warning,) = read(tmp_path, np.vstack([x, x[-1] + 500.0 * out, x[-1] + 501.0 * out])).warnings
+    assert "is 500 times the median chord; a spline bridges the gap: are points missing?" in warning
 
 
 def test_a_closed_curve_is_recognised_however_it_is_written(tmp_path: Path) -> None:

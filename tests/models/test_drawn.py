@@ -6,7 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from coarse import KNOT
 
+import knotfem as kf
 from knotfem import shipped
 from knotfem.errors import InputError
 from knotfem.geometry.clearance import rod_clearance, strand_clearance
@@ -41,8 +43,92 @@ def test_the_size_of_a_file_is_told(tmp_path: Path) -> None:
     assert "seems" not in said(2.0)
 
 
-def test_a_shipped_curve_is_scaled_without_a_word() -> None:
-    assert centrelines_of(load_scene("overhand", ["rods.0.length=560 mm"]))[0].warnings == ()
+def test_a_shipped_curve_that_changes_its_loops_says_so() -> None:
+    (warning,) = centrelines_of(load_scene("overhand", ["rods.0.length=560 mm"]))[0].warnings
+    assert "overhand: scaled by 7.0" in warning
+    assert "to the length of the rod, 560 mm: its loops are 1.167 times as large, in diameters" in warning
+    assert "rods.0.scale = 6 keeps them" in warning
+    kept = centrelines_of(load_scene("overhand", {"rods.0.length": "560 mm", "rods.0.scale": 6.0}))[0]
+    assert not any("loops" in said for said in kept.warnings)
+    assert "its ends are made longer by 40" in str(kept.size)
+
+
+@pytest.mark.parametrize("name", [name for name in shipped.scene_names() if "random" not in name])
+def test_shipped_scenes_and_thicker_ropes_leave_the_loops_as_they_are_drawn(name: str) -> None:
+    scene = load_scene(name)
+    for one in (scene, scene.with_rope(diameter="10 mm")) if scene.tie.source is None else (scene,):
+        lines = centrelines_of(one)
+        assert not any("loops" in said for line in lines for said in line.warnings)
+
+
+def test_in_which_size_a_curve_is_taken_is_recorded(tmp_path: Path) -> None:
+    size = laid(tmp_path / "a.csv", 1e-3 * DRAWN).size
+    assert size.figures["mm_per_unit"] == pytest.approx(1000.1, abs=0.1)
+    assert str(size).endswith("mm per unit, from the length of the rod, 480 mm")
+    run = kf.tie("overhand", {**KNOT, "model": "rod"}, progress=False)
+    (curve,) = run.summary["curves"].values()
+    assert (curve["curve"], curve["ends_longer_mm"]) == ("overhand", 0.0)
+    assert kf.check("overhand", {"model": "rod"})["curves"]["rod"].startswith("overhand: 6.0")
+
+
+def in_unit(path: Path, header: str, points: np.ndarray, **changes: object) -> Centreline:
+    np.savetxt(path, points, delimiter=",", header=header, comments="")
+    keys = {f"rods.0.{key}": value for key, value in changes.items()}
+    scene = load_scene("overhand", {"model": "rod", "rods.0.centerline": str(path), "rods.0.length": "500 mm", **keys})
+    return centrelines_of(scene)[0]
+
+
+@pytest.mark.parametrize(
+    ("header", "factor"),
+    [
+        ("x_mm,y_mm,z_mm", 1.0),
+        ("x [mm],y [mm],z [mm]", 1.0),
+        ("x (m),y (m),z (m)", 1000.0),
+        ("x_cm,y_cm,z_cm", 10.0),
+        ("x/in,y/in,z/in", 25.4),
+        ("X_M,Y_M,Z_M", 1000.0),
+        ("# x_m,y_m,z_m", 1000.0),
+    ],
+)
+def test_a_unit_in_the_header_is_obeyed(tmp_path: Path, header: str, factor: float) -> None:
+    path = tmp_path / "a.csv"
+    line = in_unit(path, header, DRAWN / factor)
+    assert strand_clearance(line.points, 6.0).distance == pytest.approx(strand_clearance(DRAWN, 6.0).distance, rel=1e-3)
+    first = header.lstrip("# ").partition(",")[0]
+    said = f'{factor:g} mm per unit, from the unit in its header ("{first}"); its ends are made longer'
+    assert said in str(line.size)
+    agreed = in_unit(path, header, DRAWN / factor, scale=factor)
+    np.testing.assert_allclose(agreed.points, line.points)
+    with pytest.raises(InputError, match=r"rods\.0\.scale: another unit than in .*a\.csv; found 3; expected .* header"):
+        in_unit(path, header, DRAWN / factor, scale=3.0)
+
+
+def test_a_unit_in_the_header_scales_with_the_rope(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    np.savetxt(path, DRAWN, delimiter=",", header="x_mm,y_mm,z_mm", comments="")
+    keys = {"model": "rod", "rods.0.centerline": str(path), "rods.0.length": "500 mm"}
+    before = load_scene("overhand", keys)
+    for scene in (before, load_scene(before, {"rods.0.scale": 1.0})):
+        lines = [centrelines_of(one)[0].points for one in (scene, scene.with_rope(diameter="12 mm"))]
+        np.testing.assert_allclose(lines[1], 2.0 * lines[0], rtol=1e-6, atol=1e-6)
+
+
+def test_units_that_differ_or_are_unknown(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r'two units in its header; found "x_mm" and "z_m"; expected one'):
+        in_unit(tmp_path / "a.csv", "x_mm,y,z_m", DRAWN)
+    line = in_unit(tmp_path / "a.csv", "x [px],y [px],z [px]", DRAWN)
+    assert any('the unit of the column "x [px]" is not known' in said for said in line.warnings)
+
+
+def test_radii_may_have_a_unit_of_their_own(tmp_path: Path) -> None:
+    def said(header: str, radius: float) -> list[str]:
+        rows = np.column_stack([DRAWN / 1000.0, np.full(len(DRAWN), radius)])
+        line = in_unit(tmp_path / "a.csv", header, rows)
+        return [warning for warning in line.warnings if "radii" in warning]
+
+    assert said("x_m,y_m,z_m,radius_mm", 3.0) == []
+    assert "its radii make a diameter of 8 mm" in said("x_m,y_m,z_m,radius [mm]", 4.0)[0]
+    assert said("x_m,y_m,z_m,radius", 0.003) == []
 
 
 def test_with_a_scale_a_curve_keeps_its_size_and_its_ends_give_the_length(tmp_path: Path) -> None:

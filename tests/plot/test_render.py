@@ -7,8 +7,9 @@ from knotfem.errors import InputError, MissingDependency
 from knotfem.mesh.rod import RodMesh, extrude
 from knotfem.mesh.section_file import read_section
 from knotfem.plot import opengl
-from knotfem.plot.render import Camera, Cylinder, Look, render_mesh, show_mesh, zoomed
+from knotfem.plot.render import Camera, Cylinder, Look, _limits, render_mesh, show_mesh, zoomed
 from knotfem.plot.scale_bar import add_scale_bar, round_length
+from knotfem.plot.surface import Surface
 
 
 @pytest.fixture(scope="module")
@@ -81,6 +82,23 @@ def test_zooming_shows_the_target_larger(rod, tmp_path):
     near = draw(rod, tmp_path / "b.png", Look(rings=[rod.ring_nodes]), size=(100, 100), camera=camera)
     if far is not None and near is not None:
         assert (near.min(axis=2) < 200).sum() > 2 * (far.min(axis=2) < 200).sum()
+
+
+def test_zoom_enlarges_about_the_middle(rod, tmp_path):
+    options = {"size": (100, 100), "camera": Camera(zoom=3.0)}
+    far = draw(rod, tmp_path / "a.png", Look(rings=[rod.ring_nodes]), size=(100, 100))
+    near = draw(rod, tmp_path / "b.png", Look(rings=[rod.ring_nodes]), **options)
+    if far is not None and near is not None:
+        assert (near.min(axis=2) < 200).sum() > 2 * (far.min(axis=2) < 200).sum()
+
+
+def test_rounding_at_the_ends_of_the_colours_is_zero():
+    points = np.zeros((3, 3))
+    for low, high in ((1.4e-13, 0.5), (-1e-9, 0.5), (-0.5, 3e-8)):
+        values = np.array([low, 0.5 * (low + high), high])
+        found = _limits([Surface(points, np.zeros((0, 4), dtype=int), values)])
+        assert found == ((0.0, 0.5) if high == 0.5 else (-0.5, 0.0))
+    assert _limits([Surface(points, np.zeros((0, 4), dtype=int), np.array([0.1, 0.2, 0.3]))]) == (0.1, 0.3)
 
 
 def test_rods_in_a_window_share_their_colours_and_stand_beside_endless_cylinders(rod, monkeypatch):

@@ -1,12 +1,15 @@
 """Which values of a run colour its pictures, and which state is drawn."""
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from coarse import KNOT
 
+import knotfem as kf
 from knotfem.errors import InputError
 from knotfem.models.build import build_model
 from knotfem.models.series import Fields
@@ -31,7 +34,7 @@ def drawn(monkeypatch: pytest.MonkeyPatch, folder: Path, colour: str, low: float
     series.close()
     asked: dict[str, Any] = {}
     shown: dict[str, Any] = {}
-    monkeypatch.setattr(pictures, "render_mesh", lambda points, cells, out, look: asked.update(vars(look)))
+    monkeypatch.setattr(pictures, "render_mesh", lambda points, cells, out, look, camera: asked.update(vars(look)))
     monkeypatch.setattr(pictures, "show_mesh", lambda points, cells, look: shown.update(vars(look)))
     state = open_run(run.path).state()
     state.render(folder / "a.png", colour)
@@ -52,6 +55,28 @@ def test_other_colours_and_no_twist_at_all_take_the_limits_of_what_is_drawn(monk
     assert drawn(monkeypatch, tmp_path / "on", "twist", 0.0, 0.0)["limits"] is None
 
 
+def test_no_contact_is_light_and_neutral():
+    name, label, colours = pictures.COLOURS["contact-pressure"]
+    red, green, blue = (int(colours[0][i : i + 2], 16) for i in (1, 3, 5))
+    assert (name, label) == ("contact_pressure", "contact pressure [MPa]")
+    assert min(red, green, blue) > 200
+    assert max(red, green, blue) - min(red, green, blue) < 20
+    assert pictures.COLOURS["strain"][1] == "largest principal logarithmic strain"
+
+
+def test_the_knot_is_where_strands_are_close(tmp_path):
+    run = pulled_knot()
+    state = run.states[-1]
+    look = pictures._look(state.fields, run.scene, "none")
+    knot, line = pictures._knot(state.fields, run.scene, look), state.points
+    assert np.ptp(knot, axis=0).max() < 0.5 * np.ptp(line, axis=0).max()
+    with pytest.raises(InputError, match=r"zoom: no such zoom; found 0; expected 0\.1 to 100"):
+        state.render(tmp_path / "a.png", zoom=0.0)
+    with pytest.raises(InputError, match="focus: no knot to focus on; expected strands that come closer"):
+        straight().render(tmp_path / "a.png", focus="knot")
+    assert not list(tmp_path.glob("*.png"))
+
+
 def test_what_cannot_be_drawn_is_refused(tmp_path):
     with pytest.raises(InputError, match="this field is not stored; found contact-pressure"):
         drawn_state(tmp_path).render(tmp_path / "a.png", "pressure")
@@ -63,6 +88,16 @@ def test_what_cannot_be_drawn_is_refused(tmp_path):
     off = RunDirectory.create(load_scene("cantilever", [*COARSE, "output.fields=false"]), tmp_path / "off")
     with pytest.raises(InputError, match=r"no state is stored; expected a run with output\.fields = true"):
         open_run(off.path).state()
+
+
+@cache
+def pulled_knot() -> kf.Run:
+    return kf.pull("overhand", KNOT, progress=False)
+
+
+def straight():
+    beam = {"model": "rod", "rods.0.mesh.element_length": "8 mm", "steps": []}
+    return kf.pull("cantilever", beam, progress=False).states[-1]
 
 
 def drawn_state(folder: Path):

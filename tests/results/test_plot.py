@@ -67,6 +67,17 @@ def test_tension_is_that_of_the_state_that_is_asked_for(tmp_path):
     assert [text.get_text() for text in legend.get_texts()] == ["solid", "light"]
 
 
+def test_figures_of_tension_say_which_state_they_show(tmp_path):
+    run, other = pulled(tmp_path / "a"), pulled(tmp_path / "b", 2.0)
+    heading = kf.plot(run, quantity="tension", at=31.0).figure.axes[0].get_title()
+    assert heading.startswith(r"$\delta$ = 30 mm")
+    assert run.tension(at=31.0).plot().get_title() == heading
+    both = kf.plot(run, other, quantity="both", at=31.0, title="two").figure.axes
+    assert (both[0].get_title(), both[1].get_title()) == ("two", heading)
+    titled = kf.plot(run, quantity="tension", at=31.0, title="mine").figure.axes[0].get_title()
+    assert titled == f"mine\n{heading}"
+
+
 def test_file_has_the_size_that_is_asked_for(tmp_path):
     run = pulled(tmp_path / "a")
     kf.plot(run, out=tmp_path / "a.svg", width="85 mm", height=60.0, quantity="both", title="two")
@@ -85,6 +96,13 @@ def test_file_has_the_size_that_is_asked_for(tmp_path):
         ({"labels": ["a", "b"]}, "label: labels do not fit the runs; found 2 for 1 runs"),
         ({"width": "2 m"}, "width: no size of a figure; found 2000 mm"),
         ({"width": float("nan")}, "width: no size of a figure"),
+        ({"width": "20 mm"}, "width: no size of a figure; found 20 mm; expected 25.6 to 1000 mm without a height"),
+        ({"width": "45 mm", "quantity": "both"}, "width: no size of a figure; found 45 mm; expected 51.3 to 1000 mm"),
+        ({"width": "30 mm", "height": "10 mm"}, "height: no size of a figure; found 10 mm; expected 20 to 1000 mm"),
+        ({"xlim": (500.0, 600.0)}, "xlim: nothing lies between these limits; found 500:600; expected .* go from "),
+        ({"xlim": (None, -1.0)}, "xlim: nothing lies between these limits; found :-1;"),
+        ({"ylim": (1e6, None)}, "ylim: nothing lies between these limits; found 1e.06:; expected limits"),
+        ({"quantity": "tension", "xlim": (2.0, 3.0)}, "xlim: nothing lies .* the data go from 0 to 1"),
         ({"font": 0.0}, "font: no size of a figure"),
         ({"xlim": (5.0, 1.0)}, "xlim: limits that do not rise; found 5:1"),
         ({"quantity": "both", "ylim": (None, 1.0)}, "xlim, ylim: limits of two panels"),

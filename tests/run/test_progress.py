@@ -4,6 +4,7 @@ import errno
 import io
 import json
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -52,20 +53,35 @@ def test_a_terminal_that_has_closed_does_not_end_a_run(kind: type[io.StringIO], 
     assert isinstance(told.inner, Silent)
 
 
-def test_a_line_a_step(clock: list[float], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_line_for_each_output(clock: list[float], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("COLUMNS", raising=False)
     stream = io.StringIO()
     lines = make_progress(stream=stream)
     lines.message("hello")
     lines.step(StepReport("pull", 0.0))
     clock[0] = 10.0
-    lines.step(REPORT)
+    lines.step(replace(REPORT, due=True))
     lines.close()
     hello, first, second = stream.getvalue().splitlines()
     assert hello == "hello"
     assert "left" not in first
     expected = "25.0 %  0:30 left  24.75 mm  0.1234 N  140 contacts  0.034 mm deep  5 iterations"
     assert second == f"pull      {expected}  step 0.5 mm  simulated 6.2 s"
+
+
+def test_between_outputs_there_is_a_line_once_in_a_while_and_no_message_is_lost(clock: list[float]) -> None:
+    stream = io.StringIO()
+    lines = make_progress(stream=stream)
+    for step in range(1000):
+        clock[0] = 0.1 * step
+        lines.step(StepReport("pull", 0.001 * step, due=step % 250 == 249))
+        if step == 500:
+            lines.message("jump at 30 mm")
+    text = stream.getvalue()
+    assert "jump at 30 mm" in text
+    assert 1 + 4 + 1 <= len(text.splitlines()) <= 1 + 4 + 4 + 1
+    lines.step(StepReport("relax"))
+    assert stream.getvalue().splitlines()[-1].startswith("relax")
 
 
 def test_time_left_starts_with_each_phase(clock: list[float]) -> None:
@@ -78,10 +94,10 @@ def test_time_left_starts_with_each_phase(clock: list[float]) -> None:
         (103.0, "pull", 0.501),
     ]:
         clock[0] = now
-        lines.step(StepReport(phase, fraction))
+        lines.step(StepReport(phase, fraction, due=True))
     assert "  24:57 left  " in stream.getvalue().splitlines()[-1]
     clock[0] = 107.0
-    lines.step(StepReport("pull", 0.5005))
+    lines.step(StepReport("pull", 0.5005, due=True))
     assert "  1:56:33 left  " in stream.getvalue().splitlines()[-1]
 
 

@@ -29,7 +29,9 @@ class Names:
 @pytest.fixture
 def summary() -> Summary:
     scene = SimpleNamespace(tying_steps=())
-    model: Any = SimpleNamespace(scene=scene, diameter=6.0, absent={}, dofs=30, hexes=4, segments=0, slices={})
+    model: Any = SimpleNamespace(
+        scene=scene, diameter=6.0, absent={}, curves={}, dofs=30, hexes=4, segments=0, slices={}
+    )
     return Summary(model)
 
 

@@ -282,6 +282,35 @@ def test_refuses_an_override_in_its_own_words(override: str, key: str, text: str
     assert text in str(error)
 
 
+@pytest.mark.parametrize(
+    ("overrides", "said"),
+    [
+        (["rods.0.diameter='6 m'"], "overrides: rods.0.diameter: makes rods.0.length wrong: shorter than it is thick"),
+        (
+            ["contact.friction=0.2", "rods.rod.diameter='6 m'", "model=rod"],
+            "overrides: rods.rod.diameter: makes rods.0.length wrong: shorter than it is thick; found 600 mm",
+        ),
+        (["rods.0.diameter='0.5 mm'"], "overrides: rods.0.diameter: makes rods.0.core.radius wrong: the core is as"),
+        (
+            ["rods.0.length='700 mm'", "rods.0.diameter='650 mm'", "rods.0.core.radius='1 mm'"],
+            "",
+        ),
+    ],
+)
+def test_an_override_that_makes_another_key_wrong_is_named(overrides: list[str], said: str) -> None:
+    if not said:
+        load_scene("bowline", overrides)
+        with pytest.raises(InputError, match=r"^overrides: rods\.0\.diameter: makes rods\.0\.length wrong"):
+            load_scene("bowline", overrides[1:])
+        return
+    assert str(refused("bowline", *overrides)).startswith(said)
+
+
+def test_what_is_wrong_in_the_file_itself_is_not_blamed_on_an_override(scene_file: Path) -> None:
+    scene_file.write_text(MINIMAL.replace('"6 mm"', "6"))
+    assert str(refused(scene_file, "contact.friction=0.2")).startswith(f"{scene_file}: rods.0.diameter: a bare")
+
+
 def test_one_override_may_come_as_a_text() -> None:
     assert load_scene("bowline", "contact.friction=0.2").contact.friction == 0.2
     with pytest.raises(InputError, match=r'^overrides: not an override; found "contact\.friction"'):

@@ -128,6 +128,27 @@ def test_option_takes_all_that_follows(tmp_path):
         assert (result.exit_code, said in result.stderr) == (3, True)
 
 
+def test_friction_on_obstacles_stays_and_is_said():
+    kept = "friction on obstacles as it was (obstacle_friction changes it)"
+    scene = load_scene("bowline", rope=MINE)
+    assert kept in str(scene.rope)
+    assert kept in str(load_scene(scene, rope={"diameter": "12 mm"}).rope)
+    assert kept not in str(load_scene(scene, rope={"obstacle_friction": 0.3}).rope)
+    assert kept not in str(load_scene("bowline", rope={"diameter": "10 mm"}).rope)
+    assert kept not in str(load_scene("overhand", rope=MINE).rope)
+
+
+def test_rope_of_hold(tmp_path, monkeypatch):
+    begun = []
+    monkeypatch.setattr(kf.api, "drive", lambda run, *arguments, **others: begun.append(run.scene))
+    options = ("--model", "rod", "--tighten", "5 N", "-o", str(tmp_path / "run"), "--yes")
+    result = call("hold", "clove-hitch", *options, "--rope", "diameter=10 mm", "friction=0.25")
+    assert "rope: clove-hitch of 6 mm" in result.stderr
+    (scene,) = begun
+    assert (scene.diameter, scene.contact.friction) == (10.0, 0.25)
+    assert scene.steps[-1].slip == 10.0
+
+
 def test_force_over_stiffness_does_not_depend_on_the_rope():
     scene = load_scene("overhand", COARSE)
     assert scene.gravity is None

@@ -119,6 +119,8 @@ def test_two_models_are_told_apart_and_read_again(engines: list[StandIn], tmp_pa
         ({"boundary": 0.01, "friction": (0.1,)}, "nothing to bisect"),
         ({"models": ("shell",)}, "no such model"),
         ({"grid": False}, "nothing to run"),
+        ({"friction": (0.1, 0.2, 0.1)}, "friction: the same value twice"),
+        ({"x": (9.1, 9.1)}, "x: the same value twice"),
     ],
 )
 def test_wrong_arguments_are_refused(options: dict[str, Any], said: str) -> None:
@@ -148,6 +150,12 @@ def test_the_verb(engines: list[StandIn]) -> None:
     assert dry.exit_code == 0
     assert "points                          9" in dry.output
     assert not Path("other").exists()
+    rope = CliRunner().invoke(knotfem_command, [*call, "--dry-run", "-o", "other", "--rope", "diameter=12 mm"])
+    assert "rope: bowline of 6 mm" in rope.stderr
+    mine = CliRunner().invoke(knotfem_command, [*call, "-o", "mine", "--rope", "diameter=12 mm"])
+    assert mine.exit_code == 0, mine.output
+    assert kf.load_scene("mine/runs/rod_x=25_friction=0.4/scene.toml").diameter == 12.0
+    assert "rope = " in Path("mine/study.toml").read_text()
     wrong = CliRunner().invoke(knotfem_command, [*call[:4], "--x", "much"])
     assert wrong.exit_code == 3
     assert "--x" in wrong.output

@@ -228,6 +228,58 @@ def test_how_a_study_ends(engines: list[StandIn], monkeypatch: pytest.MonkeyPatc
     assert json.loads(Path("stop/study.json").read_text())["state"] == "stopped"
 
 
+def test_knots_of_several_rods_are_in_words_in_the_table() -> None:
+    from knotfem.study.sweep.collect import words_of_knots
+
+    knots = {rod: {"said": "unknot", "laced": {other: ["t"]}} for rod, other in (("a", "b"), ("b", "a"))}
+    assert words_of_knots(knots) == "a: unknot, linked with b; b: unknot, linked with a"
+    assert words_of_knots("3_1") == "3_1"
+
+
+def friction_values(*values: object) -> dict[str, Any]:
+    return {"scene": "overhand", "axes": [{"key": "contact.friction", "values": list(values)}]}
+
+
+@pytest.mark.parametrize(
+    "study",
+    [
+        friction_values(0.1, 0.2, 0.1),
+        {"scene": "overhand", "axes": [{"key": "rods.0.length", "values": ["480 mm", "0.48 m"]}]},
+        {"scene": "overhand", "axes": [{"key": "contact.friction", "linspace": [0.2, 0.2, 3]}]},
+    ],
+)
+def test_equal_points_are_refused_not_counted_twice(engines: list[StandIn], study: dict[str, Any]) -> None:
+    with pytest.raises(InputError, match=r"axes: two points are the same scene; found .* and .*; expected each once"):
+        sweep(study)
+    assert not engines
+
+
+def test_a_rope_is_for_all_points_and_goes_on(engines: list[StandIn]) -> None:
+    rope = {"diameter": "10 mm", "friction": 0.25}
+    study = {"scene": "overhand", "axes": [{"key": "rods.0.mesh.element_length", "values": ["4 mm", "5 mm"]}]}
+    table = sweep({**study, "rope": rope})
+    scenes = [table.run(point).scene for point in range(2)]
+    assert [(scene.diameter, scene.contact.friction) for scene in scenes] == [(10.0, 0.25)] * 2
+    assert [scene.rods[0].mesh.element_length for scene in scenes] == [4.0, 5.0]
+    again = kf.sweep("out", progress=False)
+    assert len(engines[-1].order) == 0
+    assert again.points == table.points
+    with pytest.raises(InputError, match="rope: diameter: a bare number"):
+        sweep(study, "other", rope={"diameter": 10})
+    given = sweep(study, "other", rope=rope)
+    assert given.run(0).scene.rope == scenes[0].rope
+
+
+def test_rope_of_the_command(engines: list[StandIn]) -> None:
+    Path("s.toml").write_text('scene = "capstan"\n[[axes]]\nkey = "contact.friction"\nvalues = [0.1, 0.2]\n')
+    dry = call("sweep", "s.toml", "--rope", "diameter=10 mm", "friction=0.2", "--dry-run")
+    assert dry.exit_code == 0, dry.output
+    assert "rope: capstan of 6 mm" in dry.stderr
+    assert "friction on obstacles as it was (obstacle_friction changes it)" in dry.stderr
+    both = call("sweep", "s.toml", "--rope", "friction=0.2", "obstacle_friction=0.2", "--dry-run")
+    assert "friction on obstacles" not in both.stderr
+
+
 def call(*arguments: object) -> Any:
     return CliRunner().invoke(knotfem_command, [str(argument) for argument in arguments])
 

@@ -17,6 +17,7 @@ from knotfem.geometry.rotation import angle_about, nearest_turn
 from knotfem.geometry.slices import Slices
 from knotfem.geometry.vectors import perpendicular, unit_edges
 from knotfem.models.centreline import Centreline, centrelines_of, slices_of
+from knotfem.models.curve_size import Size
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import Rod
 from knotfem.scene.steps import Clamped, Driven
@@ -86,7 +87,8 @@ def _as_left(scene: Scene, rod: Rod, left: SourceRod, slices: Slices) -> Initial
     start, end = (
         held is None or isinstance(side, Clamped | Driven) for side in (held and held.start, held and held.end)
     )
-    target, ends = Centreline(_resampled(left, slices), slices), left.frames[[0, -1]]
+    size = Size(rod.centerline, None, f"as the run {scene.tie.source} has left it")
+    target, ends = Centreline(_resampled(left, slices), slices, size), left.frames[[0, -1]]
     free = _initial(target, ends[:, 2], ends[0, 0], 0.0)
     if not end:
         return free

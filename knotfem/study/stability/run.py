@@ -182,6 +182,9 @@ def asked_of(
         raise InputError("no friction coefficients", key="friction", found=str(list(friction)), expected="0 or above")
     if not x or min(x) <= 0.0:
         raise InputError("no loads", key="x", found=str(list(x)), expected="numbers above 0")
+    for key, values in (("friction", friction), ("x", x)):
+        if len(set(values)) < len(values):
+            raise InputError("the same value twice", key=key, found=str(list(values)), expected="each once")
     if boundary is not None and not 1e-4 <= boundary <= 0.5:
         raise InputError("no such width", key="boundary", found=f"{boundary:g}", expected="from 0.0001 to 0.5")
     if boundary is not None and len(set(friction)) < 2:
@@ -195,12 +198,12 @@ def asked_of(
     lowering = lowered if isinstance(lowered, Lowering) else Lowering()
     chosen = tuple(models) or (scene.model,)
     of = Grid(
-        scene, chosen, tuple(dict.fromkeys(friction)), tuple(dict.fromkeys(x)), loaded, free, free_load, lowering, ramp
+        scene, chosen, tuple(friction), tuple(x), loaded, free, free_load, lowering, ramp
     )  # fmt: skip
     settings = {
         "scene": scene.name, "models": list(chosen), "friction": list(friction), "x": list(x), "grid": grid,
         "boundary": boundary, "lowered": bool(lowered), "lowering_rate": lowering.rate, "free_load": free_load,
-        "loaded": loaded, "free": free, "ramp": ramp,
+        "loaded": loaded, "free": free, "ramp": ramp, "rope": None if scene.rope is None else str(scene.rope),
     }  # fmt: skip
     folder = folder_at(Path(out) if out is not None else Path("stability") / scene.name)
     return StabilityStudy(of, grid, boundary, bool(lowered), _text(settings), folder)

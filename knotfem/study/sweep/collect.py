@@ -11,11 +11,14 @@ from knotfem.errors import KnotfemError
 from knotfem.results.data import open_run
 from knotfem.results.run import Run
 from knotfem.run.directory import RunDirectory
+from knotfem.run.monitor import Knots, in_words
 from knotfem.scene.steps import Pull
 from knotfem.study.sweep.study_file import Collected
 
 Cell = float | int | str | bool | None
 """A figure, or None where the run has none."""
+KNOTS = ("knot_before", "knot_after")
+"""Keys of summary.json that have a record for each of several rods."""
 JUDGED = ("verdict", "failure_mode")
 """What summary.json says of a run that was judged."""
 
@@ -40,11 +43,17 @@ def collect(directory: RunDirectory, wanted: Mapping[str, str | Collected]) -> d
 
 def _figure(run: Run, summary: Mapping[str, Any], what: str | Collected) -> Cell:
     if isinstance(what, str):
-        return _plain(_below(summary, what))
+        found = _below(summary, what)
+        return _plain(words_of_knots(found) if what in KNOTS else found)
     try:
         return _of_force(run, what) if what.table == "force" else _of_tension(run, what)
     except (KnotfemError, KeyError, IndexError, ValueError):
         return None
+
+
+def words_of_knots(found: str | Knots | None) -> str | None:
+    """What summary.json says of knots as one text."""
+    return "; ".join(f"{rod}: {said}" for rod, said in in_words(found).items()) if isinstance(found, dict) else found
 
 
 def _below(tables: Any, key: str) -> Any:

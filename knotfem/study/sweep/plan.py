@@ -55,8 +55,8 @@ def plan(study: Study, folder: Path, file: str | Path | None = None) -> list[Pla
         file: that it was read from, for messages.
 
     Raises:
-        InputError: keys that no scene has, or no point that is a valid scene; all problems at once. Or the folder
-            holds runs of other scenes.
+        InputError: keys that no scene has, or no point that is a valid scene; all problems at once. Or two points are
+            the same scene, or the folder holds runs of other scenes.
     """
     planned = [_planned(study, point, folder) for point in points_of(study)]
     refused = [entry for entry in planned if isinstance(entry, tuple)]
@@ -64,7 +64,27 @@ def plan(study: Study, folder: Path, file: str | Path | None = None) -> list[Pla
     if fatal or len(refused) == len(planned):
         found = fatal or [error for _, error in refused]
         raise SeveralErrors(list({str(error): error for error in (_placed(error, file) for error in found)}.values()))
+    _check_different([entry for entry in planned if isinstance(entry, Planned)], file)
     return [entry if isinstance(entry, Planned) else _refused(*entry, folder) for entry in planned]
+
+
+def _check_different(planned: Sequence[Planned], file: str | Path | None) -> None:
+    """Refuse points that are one and the same scene, which would be counted twice.
+
+    Raises:
+        InputError: there are some.
+    """
+    seen: dict[str, Point] = {}
+    for entry in planned:
+        assert entry.scene is not None, "has none only where it is refused"
+        first = seen.setdefault(entry.scene.model_dump_json(), entry.point)
+        if first is not entry.point:
+            found = " and ".join(_values_of(point) for point in (first, entry.point))
+            raise InputError("two points are the same scene", file=file, key="axes", found=found, expected="each once")
+
+
+def _values_of(point: Point) -> str:
+    return ", ".join(f"{key} = {value}" for key, value in point.values.items())
 
 
 def _placed(error: InputError, file: str | Path | None) -> InputError:
@@ -85,7 +105,8 @@ def scene_of(study: Study, values: Mapping[str, Any]) -> Scene:
     if source not in scene_names() and (study.base / source).exists():
         source = str(study.base / source)
     changes = {key: None if value == "none" else value for key, value in wanted.items()}
-    return load_scene(source, changes, study.base)
+    rope = None if study.rope is None else study.rope.model_dump(mode="json", exclude_none=True)
+    return load_scene(source, changes, study.base, rope=rope)
 
 
 def _planned(study: Study, point: Point, folder: Path) -> Planned | tuple[Point, InputError]:

@@ -20,6 +20,7 @@ def sweep(
     study: str | Path | Mapping[str, Any],
     overrides: Overrides = (),
     *,
+    rope: Mapping[str, Any] | None = None,
     out: str | Path | None = None,
     jobs: int | None = None,
     scheduler: str | None = None,
@@ -36,6 +37,7 @@ def sweep(
     Args:
         study: a TOML file, the folder of a study, or the tables of such a file.
         overrides: changes of scene keys for all points.
+        rope: another rope, for which the scenes of all points are scaled before keys are changed; see `load_scene`.
         out: folder of the results; studies/NAME by default.
         jobs: runs at a time on this machine.
         scheduler: address of a dask scheduler that runs already, such as "tcp://host:8786".
@@ -53,7 +55,7 @@ def sweep(
         KnotfemError: the scheduler is gone, or runs crashed.
     """
     place = place_of(jobs, scheduler, cluster)
-    wanted = planned_study(study, overrides, out=out)
+    wanted = planned_study(study, overrides, rope=rope, out=out)
     with showing(progress) as shown:
         return wanted.run(place, shown)
 
@@ -72,6 +74,12 @@ class PlannedStudy:
     folder: Path
     points: list[Planned]
 
+    @property
+    def ropes(self) -> list[str]:
+        """How the scenes of its points were made for another rope, each once."""
+        scenes = [entry.scene for entry in self.points if entry.scene is not None]
+        return list(dict.fromkeys(str(scene.rope) for scene in scenes if scene.rope is not None))
+
     def cost(self, place: Place) -> dict[str, Any]:
         """What it would take; nothing is run."""
         return cost_of(self.points, self.folder, place)
@@ -83,14 +91,18 @@ class PlannedStudy:
 
 
 def planned_study(
-    study: str | Path | Mapping[str, Any], overrides: Overrides = (), *, out: str | Path | None = None
+    study: str | Path | Mapping[str, Any],
+    overrides: Overrides = (),
+    *,
+    rope: Mapping[str, Any] | None = None,
+    out: str | Path | None = None,
 ) -> PlannedStudy:
     """Read a study and the scenes of its points; see `sweep` for the arguments.
 
     Raises:
         InputError: the study is wrong; all problems at once.
     """
-    wanted = read_study(study, overrides)
+    wanted = read_study(study, overrides, rope)
     folder = folder_of(study, wanted, out)
     return PlannedStudy(wanted, folder, plan(wanted, folder, None if isinstance(study, Mapping) else study))
 

@@ -13,6 +13,7 @@ from knotfem.errors import OVERRIDES, InputError, SeveralErrors
 from knotfem.run.columns import FORCE_COLUMNS, FORCE_EXTRA, TENSION_COLUMNS, TENSION_EXTRA
 from knotfem.scene.load import Overrides, changes_of, read_toml
 from knotfem.scene.quantity import Length
+from knotfem.scene.rope import Rope, read_rope
 from knotfem.scene.table import Flag, Integer, Number, Table, input_errors, known_name, refusal
 
 WAYS = ("values", "linspace", "geomspace", "random")
@@ -182,6 +183,7 @@ class Study(Table):
         name: of the study.
         folder: where relative paths start; that of the file.
         scene: a shipped name or a file; may be an axis instead.
+        rope: another rope, for which scenes are scaled before keys are set; see `Scene.with_rope`.
         axes: whose combinations are the points.
         set: values by key, for all points.
         collect: columns of the table, by name: a dotted key of summary.json, or a figure of a table.
@@ -190,6 +192,7 @@ class Study(Table):
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_.-]+$")] = "study"
     folder: str = ""
     scene: str | None = None
+    rope: Rope | None = None
     axes: tuple[Axis, ...] = ()
     set: dict[str, Any] = Field(default_factory=dict)
     collect: dict[str, Wanted] = Field(default_factory=dict)
@@ -260,12 +263,15 @@ def _check_ends(low: float | str, high: float | str, *, at: str, positive: bool 
         raise refusal("no constant ratio", at=at, found=f"{low}, {high}", expected="two numbers of the same sign")
 
 
-def read_study(source: str | Path | Mapping[str, Any], overrides: Overrides = ()) -> Study:
+def read_study(
+    source: str | Path | Mapping[str, Any], overrides: Overrides = (), rope: Mapping[str, Any] | None = None
+) -> Study:
     """Read and validate a study.
 
     Args:
         source: a TOML file, a study's folder, or the tables themselves.
         overrides: of keys of the scenes, for all points; they are added to what is set.
+        rope: instead of the one that the study has; None leaves that.
 
     Raises:
         InputError: no such file, or all that is wrong with it at once.
@@ -285,7 +291,8 @@ def read_study(source: str | Path | Mapping[str, Any], overrides: Overrides = ()
     for key in changes:
         if key in study.keys or key == "scene":
             raise InputError("an axis has this key", file=OVERRIDES, key=key, expected="another key")
-    return study.model_copy(update={"set": {**study.set, **_said(changes)}})
+    wanted = read_rope(rope) if rope else study.rope
+    return study.model_copy(update={"set": {**study.set, **_said(changes)}, "rope": wanted})
 
 
 def study_text(study: Study) -> str:
