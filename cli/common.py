@@ -200,7 +200,7 @@ def ask_before(scene: Scene, yes: bool) -> None:
     """Ask whether to run a scene that is expected to take long; see `ask_if_long`."""
     from knotfem.run.expected import expected_seconds
 
-    ask_if_long(expected_seconds(scene), yes, scene.solver.time_limit)
+    ask_if_long(expected_seconds(scene, unravels=True), yes, scene.solver.time_limit)
 
 
 def displacement(at: str | None, option: str = "--at") -> float | None:

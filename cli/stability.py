@@ -84,6 +84,7 @@ def stability(
     from knotfem.study.stability.diagram import PICTURE, open_stability
     from knotfem.study.stability.grid import FRICTION, STIFFNESS, numbers
     from knotfem.study.stability.run import asked_of
+    from knotfem.study.sweep.plan import longest_hours
 
     source = scene_for(scene, overrides, rope)
     if rope and not quiet and log_format == "text":
@@ -106,7 +107,7 @@ def stability(
     if dry_run:
         show_estimate(found, quiet, log_format)
         return
-    ask_if_long(3600.0 * found["expected_hours"], yes)
+    ask_if_long(3600.0 * longest_hours(found), yes)
     others = {folder.name: open_stability(folder) for folder in overlay}
     with showing(study_progress(quiet=quiet, log_format=log_format)) as progress:
         diagram = asked.run(place, progress)

@@ -62,6 +62,7 @@ def sweep(
     from knotfem.scene.rope import rope_of
     from knotfem.study.engine.places import place_of
     from knotfem.study.progress import showing, study_progress
+    from knotfem.study.sweep.plan import longest_hours
     from knotfem.study.sweep.run import planned_study
 
     chosen = with_model(overrides, model)
@@ -73,7 +74,7 @@ def sweep(
     if dry_run:
         show_estimate(found, quiet, log_format)
         return
-    ask_if_long(3600.0 * found["expected_hours"], yes)
+    ask_if_long(3600.0 * longest_hours(found), yes)
     with showing(study_progress(quiet=quiet, log_format=log_format)) as progress:
         table = wanted.run(place, progress)
     if log_format == "json":

@@ -8,7 +8,7 @@ from typing import Any
 from knotfem.models.base import Model
 from knotfem.models.build import build_model
 from knotfem.models.described import deforming
-from knotfem.run.expected import expected_memory_mb, expected_seconds, refuse_too_large
+from knotfem.run.expected import expected_memory_mb, expected_seconds, may_unravel, refuse_too_large
 from knotfem.run.monitor import KnotMonitor, in_words
 from knotfem.run.source import source_rods
 from knotfem.scene.load import Overrides, load_scene
@@ -56,9 +56,21 @@ def check(source: Scene | str | Path, overrides: Overrides = ()) -> dict[str, An
         "system": _symmetry(model.terms, scene),
         "linear_solver": solver_name(scene.solver.linear),
         "expected_memory_mb": round(expected_memory_mb(scene, unknowns)),
-        "expected_minutes": float(f"{expected_seconds(scene, unknowns) / 60.0:.2g}"),
+        "expected_minutes": _minutes(expected_seconds(scene, unknowns)),
+        **_if_it_unravels(scene, unknowns),
         "warnings": model.warnings,
     }
+
+
+def _minutes(seconds: float) -> float:
+    return float(f"{seconds / 60.0:.2g}")
+
+
+def _if_it_unravels(scene: Scene, unknowns: int) -> dict[str, float]:
+    """The expected time of a knot that unravels, where that is a result of the scene."""
+    if not may_unravel(scene):
+        return {}
+    return {"expected_minutes_if_it_unravels": _minutes(expected_seconds(scene, unknowns, unravels=True))}
 
 
 def _mapped(model: Model) -> str:

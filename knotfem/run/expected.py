@@ -12,7 +12,8 @@ from knotfem.models.centreline import slices_of
 from knotfem.scene.elements import ORDERS
 from knotfem.scene.model import Scene
 from knotfem.scene.rods import Rod
-from knotfem.scene.steps import Pull
+from knotfem.scene.steps import Pull, Release, Step
+from knotfem.stability.ends import deciding_steps, loaded_ends
 
 MEMORY_MB = (330.0, 0.021)
 """Memory of a run: in all, and for each unknown; measured on the bowline at 15,000 and 96,000 unknowns."""
@@ -34,7 +35,10 @@ class Cost:
             on the bowline at 15,000 and 96,000 unknowns and on the figure-eight.
         per_diameter: Newton iterations for each diameter of a pull: 90 in the bowline, 290 in the figure-eight of
             hexahedra.
-        settling: Newton iterations of a step that pulls nothing, such as one that relaxes, loads or lets go.
+        settling: Newton iterations of a step that pulls nothing, such as one that relaxes or lets go.
+        loading: of one whose forces act on ends.
+        lowering: of one with a friction schedule.
+        unravelling: those that a knot takes beyond them that unravels under its load.
         width: unknowns of a node.
     """
 
@@ -42,6 +46,9 @@ class Cost:
     power: float
     per_diameter: float
     settling: float
+    loading: float
+    lowering: float
+    unravelling: float
     width: int
 
     def seconds_per_iteration(self, unknowns: int) -> float:
@@ -49,22 +56,44 @@ class Cost:
         return self.factor * unknowns**self.power
 
 
-COSTS = {"fem": Cost(2.38e-7, 1.381, 150.0, 500.0, 3), "rod": Cost(8.3e-6, 1.0, 80.0, 350.0, 4)}
+COSTS = {
+    "fem": Cost(2.38e-7, 1.381, 150.0, 500.0, 1700.0, 7000.0, 4100.0, 3),
+    "rod": Cost(8.3e-6, 1.0, 80.0, 350.0, 1200.0, 5000.0, 2900.0, 4),
+}
+"""Of rods, the 54 points of the bowline's stability diagram took 1,860 iterations where the knot holds (800 to 2,950)
+and 4,760 where it unravels (2,900 to 7,040), and lowering its friction from 0.4 to 0 took 3,800 to 6,700. Those of
+hexahedra under loads are in proportion to the settling ones; they were not measured."""
 
 
-def expected_seconds(scene: Scene, unknowns: int | None = None) -> float:
+def expected_seconds(scene: Scene, unknowns: int | None = None, *, unravels: bool = False) -> float:
     """CPU time of a run with one thread [s] once its kernels are loaded; right within a factor of three.
 
     Args:
         scene: what is run.
         unknowns: None to count them.
+        unravels: whether its knot unravels in a step in which it may.
     """
     cost = COSTS[scene.model]
-    pulled = sum(step.displacement for step in scene.steps if isinstance(step, Pull))
-    others = sum(not isinstance(step, Pull) for step in scene.steps)
     per_diameter = max(cost.per_diameter, ITERATIONS_PER_STEP / scene.solver.move_over_diameter)
-    iterations = per_diameter * pulled / scene.diameter + cost.settling * others
+    iterations = sum(
+        per_diameter * step.displacement / scene.diameter if isinstance(step, Pull) else _iterations(step, cost)
+        for step in scene.steps
+    )
+    if unravels and may_unravel(scene):
+        iterations += cost.unravelling
     return iterations * cost.seconds_per_iteration(count_unknowns(scene) if unknowns is None else unknowns)
+
+
+def may_unravel(scene: Scene) -> bool:
+    """Whether a knot that unravels is a result of the scene, which then takes longer; elsewhere it ends the run."""
+    return scene.contact.enabled and any(not step.must_hold for step in deciding_steps(scene.steps))
+
+
+def _iterations(step: Step, cost: Cost) -> float:
+    """Of a step that pulls nothing."""
+    if step.friction_schedule:
+        return cost.lowering
+    return cost.loading if loaded_ends(step) and not isinstance(step, Release) else cost.settling
 
 
 def expected_memory_mb(scene: Scene, unknowns: int | None = None) -> float:

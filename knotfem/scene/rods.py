@@ -167,11 +167,12 @@ class Rod(Table):
     Attributes:
         name: for ends, pairs, tables.
         centerline: a shipped name, or a file of points or of a NURBS curve; scaled about the origin to the rod's length
-            where there is no `scale`. Scenes may spell the key `centreline`.
+            where there is no `scale` and no unit in the header of the file. Scenes may spell the key `centreline`.
         curve: number of the curve in a file of several, from 1.
         cut_at: number of the point at which a closed curve is cut open, from 1.
         scale: factor by which the coordinates of the curve are multiplied [mm per unit of the file], or the name of
-            another rod, drawn in the same frame, whose factor is taken. The ends of the curve are then made straight
+            another rod, drawn in the same frame, whose factor is taken; None for the unit in the header of the file,
+            such as x_mm, which a factor must not contradict. In its own size, the ends of the curve are made straight
             and longer, or cut, so that it is as long as the rod.
         length: of the rod, free of stress [mm].
         diameter: of its circular cross-section [mm].

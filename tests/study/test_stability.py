@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 from pathlib import Path
 from typing import Any
 
@@ -148,7 +149,10 @@ def test_the_verb(engines: list[StandIn]) -> None:
     assert scene.steps[-1].all_ends()["rod", "end"].direction == (0.0, 0.0, 1.0)  # pyright: ignore[reportAttributeAccessIssue]
     dry = CliRunner().invoke(knotfem_command, [*call, "--dry-run", "-o", "other"])
     assert dry.exit_code == 0
-    assert "points                          9" in dry.output
+    told = json.loads(CliRunner().invoke(knotfem_command, [*call, "--dry-run", "--log-format", "json"]).stdout)
+    assert told["points"] == 9
+    assert 2.0 < told["expected_cpu_hours_if_all_unravel"] / told["expected_cpu_hours"] < 3.0
+    assert "expected hours if all unravel" in dry.output
     assert not Path("other").exists()
     rope = CliRunner().invoke(knotfem_command, [*call, "--dry-run", "-o", "other", "--rope", "diameter=12 mm"])
     assert "rope: bowline of 6 mm" in rope.stderr

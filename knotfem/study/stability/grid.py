@@ -9,13 +9,11 @@ from typing import Any
 
 from knotfem.errors import InputError
 from knotfem.run.directory import RunDirectory
-from knotfem.run.expected import expected_memory_mb, expected_seconds
 from knotfem.scene.load import load_scene
 from knotfem.scene.model import Scene
 from knotfem.study.dead_load import FREE_LOAD, Directions, Lowering, dead_load
-from knotfem.study.engine.outcomes import known_outcome
 from knotfem.study.sweep.axes import Point
-from knotfem.study.sweep.plan import DEFAULTS, Planned
+from knotfem.study.sweep.plan import DEFAULTS, Planned, planned
 from knotfem.study.sweep.table import RUNS
 
 FRICTION = tuple(round(0.05 * i, 2) for i in range(9))
@@ -93,9 +91,7 @@ class Grid:
             ramp=self.ramp,
             lowering=self.lowering if protocol == LOWERED else None,
         )
-        run = RunDirectory(folder / RUNS / name)
-        seconds, memory = expected_seconds(scene), expected_memory_mb(scene)
-        return Planned(Point(name, values), run, scene, known_outcome(run, scene), seconds, memory)
+        return planned(Point(name, values), RunDirectory(folder / RUNS / name), scene)
 
     def points(self, folder: Path) -> list[Planned]:
         """All points of the grid; large frictions first, since a knot that holds takes least time."""

@@ -34,7 +34,8 @@ class Planned:
         run: its directory, there or not.
         scene: None where its values make no valid scene.
         outcome: where there is one already.
-        seconds: expected wall time, right within a factor of three.
+        seconds: expected wall time, right within a factor of three, unless the knot unravels.
+        if_it_unravels: the same if it does.
         memory_mb: expected.
     """
 
@@ -43,7 +44,18 @@ class Planned:
     scene: Scene | None
     outcome: Outcome | None
     seconds: float = 0.0
+    if_it_unravels: float = 0.0
     memory_mb: float = 0.0
+
+
+def planned(point: Point, run: RunDirectory, scene: Scene) -> Planned:
+    """A point whose values make a valid scene.
+
+    Raises:
+        InputError: the directory holds a run of another scene.
+    """
+    seconds, if_it_unravels = (expected_seconds(scene, unravels=unravels) for unravels in (False, True))
+    return Planned(point, run, scene, known_outcome(run, scene), seconds, if_it_unravels, expected_memory_mb(scene))
 
 
 def plan(study: Study, folder: Path, file: str | Path | None = None) -> list[Planned]:
@@ -58,24 +70,24 @@ def plan(study: Study, folder: Path, file: str | Path | None = None) -> list[Pla
         InputError: keys that no scene has, or no point that is a valid scene; all problems at once. Or two points are
             the same scene, or the folder holds runs of other scenes.
     """
-    planned = [_planned(study, point, folder) for point in points_of(study)]
-    refused = [entry for entry in planned if isinstance(entry, tuple)]
+    entries = [_planned(study, point, folder) for point in points_of(study)]
+    refused = [entry for entry in entries if isinstance(entry, tuple)]
     fatal = [error for _, error in refused if error.problem.startswith(STUDY_ERRORS)]
-    if fatal or len(refused) == len(planned):
+    if fatal or len(refused) == len(entries):
         found = fatal or [error for _, error in refused]
         raise SeveralErrors(list({str(error): error for error in (_placed(error, file) for error in found)}.values()))
-    _check_different([entry for entry in planned if isinstance(entry, Planned)], file)
-    return [entry if isinstance(entry, Planned) else _refused(*entry, folder) for entry in planned]
+    _check_different([entry for entry in entries if isinstance(entry, Planned)], file)
+    return [entry if isinstance(entry, Planned) else _refused(*entry, folder) for entry in entries]
 
 
-def _check_different(planned: Sequence[Planned], file: str | Path | None) -> None:
+def _check_different(points: Sequence[Planned], file: str | Path | None) -> None:
     """Refuse points that are one and the same scene, which would be counted twice.
 
     Raises:
         InputError: there are some.
     """
     seen: dict[str, Point] = {}
-    for entry in planned:
+    for entry in points:
         assert entry.scene is not None, "has none only where it is refused"
         first = seen.setdefault(entry.scene.model_dump_json(), entry.point)
         if first is not entry.point:
@@ -112,11 +124,10 @@ def scene_of(study: Study, values: Mapping[str, Any]) -> Scene:
 def _planned(study: Study, point: Point, folder: Path) -> Planned | tuple[Point, InputError]:
     try:
         scene = scene_of(study, point.values)
-        seconds, memory = expected_seconds(scene), expected_memory_mb(scene)
+        expected_memory_mb(scene)  # which reads its curves
     except InputError as error:
         return point, error
-    run = RunDirectory(folder / RUNS / point.name)
-    return Planned(point, run, scene, known_outcome(run, scene), seconds, memory)
+    return planned(point, RunDirectory(folder / RUNS / point.name), scene)
 
 
 def _refused(point: Point, error: InputError, folder: Path) -> Planned:
@@ -124,33 +135,48 @@ def _refused(point: Point, error: InputError, folder: Path) -> Planned:
     return Planned(point, RunDirectory(folder / RUNS / point.name), None, outcome)
 
 
-def cost_of(planned: Sequence[Planned], folder: Path, place: Place) -> dict[str, Any]:
+def cost_of(points: Sequence[Planned], folder: Path, place: Place) -> dict[str, Any]:
     """What points would take that have no outcome yet.
 
     Args:
-        planned: all points.
+        points: all of them.
         folder: of the study.
         place: where they are computed.
     """
-    left = [entry for entry in planned if entry.outcome is None]
-    refused = {entry.point.name: entry.outcome.reason for entry in planned if entry.outcome and entry.scene is None}
-    hours = sum(entry.seconds for entry in left) / 3600.0
-    longest = max((entry.seconds for entry in left), default=0.0) / 3600.0
+    left = [entry for entry in points if entry.outcome is None]
+    refused = {entry.point.name: entry.outcome.reason for entry in points if entry.outcome and entry.scene is None}
     largest = sorted((entry.memory_mb for entry in left), reverse=True)[: place.slots]
     found = {
         "folder": str(folder),
-        "points": len(planned),
+        "points": len(points),
         "runs": len(left),
-        "known already": len(planned) - len(left) - len(refused),
+        "known already": len(points) - len(left) - len(refused),
         "no valid scene": refused,
         "runs at a time": place.slots,
-        "expected_hours": _short(max(hours / place.slots, longest)),
-        "expected_cpu_hours": _short(hours),
+        **_hours([entry.seconds for entry in left], place.slots, ""),
+        **(
+            _hours([entry.if_it_unravels for entry in left], place.slots, "_if_all_unravel")
+            if any(entry.if_it_unravels > entry.seconds for entry in left)
+            else {}
+        ),
         "expected_memory_mb": round(sum(largest)),
         "expected_memory_mb_of_a_run": round(max(largest, default=0.0)),
     }
     script = place.job_script()
     return found if script is None else {**found, "job_script": script}
+
+
+def _hours(seconds: Sequence[float], slots: int, when: str) -> dict[str, float]:
+    """Expected hours of runs, of which so many are computed at a time, and of CPU time."""
+    total, longest = sum(seconds) / 3600.0, max(seconds, default=0.0) / 3600.0
+    return {
+        f"expected_hours{when}": _short(max(total / slots, longest)), f"expected_cpu_hours{when}": _short(total)
+    }  # fmt: skip
+
+
+def longest_hours(cost: Mapping[str, Any]) -> float:
+    """Hours that points would take at the most, as `cost_of` tells."""
+    return float(cost.get("expected_hours_if_all_unravel", cost["expected_hours"]))
 
 
 def _short(hours: float) -> float:
