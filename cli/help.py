@@ -14,10 +14,10 @@ from knotfem_cli.text import spoken, width_of, wrapped
 @click.argument("key", required=False)
 @shared_options
 def help(key: str | None, overrides: tuple[str, ...], quiet: bool, log_format: str) -> None:
-    """Say what a key of a scene, a column, a field, a figure of a run or a file is.
+    """Say what a key, a column, a field, a figure or a file is.
 
-    Unit, default, bounds and meaning. Names that a run prints at its end are known as they stand there. Without a KEY,
-    lists all keys of a scene.
+    Keys of scenes and of summary.json, columns of tables, fields of results.vtkhdf: unit, default, bounds and meaning.
+    Names that a run prints at its end are known as they stand there. Without a KEY, lists all keys of a scene.
 
     \b
     Example:

@@ -67,10 +67,8 @@ class Key:
 
     def is_called(self, name: Sequence[str]) -> bool:
         """Whether parts of a dotted name are the end of its path, entries of lists being numbers, names or left out."""
-        return any(_ends_with(parts, name) for parts in (self.parts, (*self.parts, ENTRY)) if self._may_be(parts))
-
-    def _may_be(self, parts: tuple[str, ...]) -> bool:
-        return parts == self.parts or self.kind == LIST
+        entry = self.kind == LIST and _ends_with((*self.parts, ENTRY), name)
+        return entry or _ends_with(self.parts, name)
 
 
 @cache

@@ -14,12 +14,14 @@ from numpy.typing import ArrayLike
 from knotfem.errors import InputError
 from knotfem.files import write_atomically
 from knotfem.plot.opengl import prepare
-from knotfem.plot.scale_bar import STRIP, add_scale_bar
+from knotfem.plot.scale_bar import STRIP, add_scale_bar, add_white, on_white
 from knotfem.plot.surface import Surface, boundary, on_nodes, smooth_tube
 from knotfem.types import Array, Index
 
 PLAIN = ("#e08a2c", "#3f78b5", "#5aa469", "#b55d8c")
 _HEIGHT = 1400
+BAR = 0.16
+"""Width of the strip at the right edge that is left for a colour bar, over the height of the picture."""
 ROUNDING = 1e-6
 """Ends of the colour bar that are smaller, over its length, are zero: fields are stored in single precision."""
 GLOSS: dict[str, Any] = {"ambient": 0.22, "diffuse": 0.75, "specular": 0.25, "specular_power": 25}
@@ -269,6 +271,7 @@ def _cylinder(cylinder: Cylinder, cloud: Array) -> Any:
 
 def _colour_bar(plotter: Any, mapper: Any, label: str) -> None:
     width, height = plotter.window_size
+    add_white(plotter, (width - BAR * height, 0.0), (width, height))
     plotter.add_scalar_bar(
         title=" ",
         mapper=mapper,
@@ -293,6 +296,7 @@ def _text(plotter: Any, text: str, *, left: bool) -> None:
     actor = plotter.add_text(text, position=place, font_size=height // 75, color="black")
     actor.prop.justification_horizontal = "left" if left else "right"
     actor.prop.justification_vertical = "top"
+    on_white(actor)
 
 
 def _formats_braces() -> bool:
@@ -314,7 +318,7 @@ class _Frame:
         target = cloud if camera.target is None else np.asarray(camera.target)
         across, high = target @ self.right, target @ self.up
         width, height = float(np.ptp(across)), float(np.ptp(high))
-        room = 0.16 if bar else 0.0
+        room = BAR if bar else 0.0
         ratio = float(np.clip(width / max(height, 1e-9), 0.55, 1.8)) + room
         self.size = (int(_HEIGHT * ratio), _HEIGHT) if size is None else size
         ratio = self.size[0] / self.size[1]

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 LONGEST = 0.3
 """Of the picture's width."""
 STRIP = 0.07
@@ -25,7 +27,6 @@ def add_scale_bar(plotter: Any, mm_per_pixel: float) -> float:
         mm_per_pixel: of the picture.
     """
     import pyvista as pv
-    from vtkmodules.vtkRenderingCore import vtkActor2D, vtkPolyDataMapper2D
 
     width, height = plotter.window_size
     length = round_length(LONGEST * width * mm_per_pixel)
@@ -35,15 +36,38 @@ def add_scale_bar(plotter: Any, mm_per_pixel: float) -> float:
     line = pv.PolyData()
     line.points = [(left + x, low + y, 0.0) for x, y in corners]
     line.lines = [2, 0, 1, 2, 2, 3, 2, 4, 5]
-    mapper = vtkPolyDataMapper2D()
-    mapper.SetInputData(line)
-    bar = vtkActor2D()
-    bar.SetMapper(mapper)
-    bar.GetProperty().SetColor(0.0, 0.0, 0.0)
-    bar.GetProperty().SetLineWidth(max(1.0, height / 350))
-    plotter.add_actor(bar, render=False)
+    for grey, thickness in ((1.0, 3.0), (0.0, 1.0)):  # white around black, to be seen before rods
+        _add_flat(plotter, line, grey).SetLineWidth(thickness * max(1.0, height / 350))
     place = (left + pixels + margin, low)
     label = plotter.add_text(f"{length:g} mm", position=place, font_size=max(6, height // 85), color="black")
     label.prop.justification_horizontal = "left"
     label.prop.justification_vertical = "center"
+    on_white(label)
     return length
+
+
+def on_white(text: Any) -> None:
+    """Let a text of a picture be read before rods that are drawn behind it."""
+    text.prop.background_color = "white"
+    text.prop.background_opacity = 0.8
+
+
+def add_white(plotter: Any, low: tuple[float, float], high: tuple[float, float]) -> None:
+    """Leave a rectangle of the picture free of rods, between two corners [pixels]."""
+    import pyvista as pv
+
+    (left, bottom), (right, top) = low, high
+    corners = [(left, bottom, 0.0), (right, bottom, 0.0), (right, top, 0.0), (left, top, 0.0)]
+    _add_flat(plotter, pv.PolyData(np.array(corners), [4, 0, 1, 2, 3]), 1.0)
+
+
+def _add_flat(plotter: Any, shape: Any, grey: float) -> Any:
+    """Draw a shape with places in pixels; returns its properties."""
+    from vtkmodules.vtkRenderingCore import vtkActor2D, vtkPolyDataMapper2D
+
+    mapper, actor = vtkPolyDataMapper2D(), vtkActor2D()
+    mapper.SetInputData(shape)
+    actor.SetMapper(mapper)
+    actor.GetProperty().SetColor(grey, grey, grey)
+    plotter.add_actor(actor, render=False)
+    return actor.GetProperty()

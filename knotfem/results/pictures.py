@@ -42,7 +42,8 @@ def draw(
         scene: of the run.
         out: file.
         colour: a key of `COLOURS`; curvature and twist are fields of the rod model only.
-        focus: what fills the picture: "all" rods, or the "knot", where strands are close to each other or to obstacles.
+        focus: what fills the picture: "all" rods, or the "knot", where strands are close to each other, with the
+            obstacle where they are close to it there.
         zoom: how many times as large, about the middle of the picture.
 
     Raises:
@@ -90,23 +91,29 @@ def _look(fields: StateFields, scene: Scene, colour: str) -> Look:
 
 
 def _knot(fields: StateFields, scene: Scene, look: Look) -> np.ndarray:
-    """Points of the centrelines that are close to another strand, another rod or an obstacle [mm], shape [points, 3].
+    """Points of the centrelines where strands are close to each other, and of hitches to their obstacle [mm].
+
+    Returns:
+        Shape [points, 3].
 
     Raises:
         InputError: there are none.
     """
     lines = [fields.points[rings].mean(axis=1) for rings in look.rings]
-    found = []
+    knot = [close_strands(line, rod.diameter, NEAR) for rod, line in zip(scene.rods, lines, strict=True)]
     for number, (rod, line) in enumerate(zip(scene.rods, lines, strict=True)):
-        near = close_strands(line, rod.diameter, NEAR)
         for other in (*lines[:number], *lines[number + 1 :]):
-            near |= KDTree(other).query(line)[0] < NEAR * rod.diameter
-        for obstacle in scene.obstacles:
+            knot[number] |= KDTree(other).query(line)[0] < NEAR * rod.diameter
+    knotted = any(near.any() for near in knot)
+    for obstacle in scene.obstacles:
+        axis, touching = unit(obstacle.axis), []
+        for rod, line in zip(scene.rods, lines, strict=True):
             across = line - np.asarray(obstacle.point)
-            across = across - np.outer(across @ unit(obstacle.axis), unit(obstacle.axis))
-            near |= np.linalg.norm(across, axis=1) - 0.5 * obstacle.diameter < NEAR * rod.diameter
-        found.append(line[near])
-    points = np.concatenate(found)
+            gap = np.linalg.norm(across - np.outer(across @ axis, axis), axis=1) - 0.5 * obstacle.diameter
+            touching.append(gap < NEAR * rod.diameter)
+        if not knotted or any((near & close).any() for near, close in zip(knot, touching, strict=True)):
+            knot = [near | close for near, close in zip(knot, touching, strict=True)]
+    points = np.concatenate([line[near] for line, near in zip(lines, knot, strict=True)])
     if len(points) == 0:
         expected = f"strands that come closer than {NEAR:g} diameters to each other or to an obstacle"
         raise InputError("no knot to focus on", key="focus", expected=expected)

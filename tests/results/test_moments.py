@@ -81,7 +81,7 @@ def test_states_are_chosen_by_displacement_and_step(run: kf.Run) -> None:
 
 
 def test_every_verb_says_which_state_it_took(run: kf.Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("knotfem.results.pictures.draw", lambda fields, scene, out, colour: None)
+    monkeypatch.setattr("knotfem.results.pictures.draw", lambda fields, scene, out, colour, **framed: None)
     verbs = (
         ("tension", run.path),
         ("render", run.path, "-o", tmp_path / "a.png"),

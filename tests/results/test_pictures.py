@@ -73,7 +73,7 @@ def test_the_knot_is_where_strands_are_close(tmp_path):
     with pytest.raises(InputError, match=r"zoom: no such zoom; found 0; expected 0\.1 to 100"):
         state.render(tmp_path / "a.png", zoom=0.0)
     with pytest.raises(InputError, match="focus: no knot to focus on; expected strands that come closer"):
-        straight().render(tmp_path / "a.png", focus="knot")
+        drawn_state(tmp_path / "straight").render(tmp_path / "a.png", "none", focus="knot")
     assert not list(tmp_path.glob("*.png"))
 
 
@@ -93,11 +93,6 @@ def test_what_cannot_be_drawn_is_refused(tmp_path):
 @cache
 def pulled_knot() -> kf.Run:
     return kf.pull("overhand", KNOT, progress=False)
-
-
-def straight():
-    beam = {"model": "rod", "rods.0.mesh.element_length": "8 mm", "steps": []}
-    return kf.pull("cantilever", beam, progress=False).states[-1]
 
 
 def drawn_state(folder: Path):

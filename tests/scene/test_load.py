@@ -290,19 +290,10 @@ def test_refuses_an_override_in_its_own_words(override: str, key: str, text: str
             ["contact.friction=0.2", "rods.rod.diameter='6 m'", "model=rod"],
             "overrides: rods.rod.diameter: makes rods.0.length wrong: shorter than it is thick; found 600 mm",
         ),
-        (["rods.0.diameter='0.5 mm'"], "overrides: rods.0.diameter: makes rods.0.core.radius wrong: the core is as"),
-        (
-            ["rods.0.length='700 mm'", "rods.0.diameter='650 mm'", "rods.0.core.radius='1 mm'"],
-            "",
-        ),
+        (["rods.0.diameter='0.1 mm'"], "overrides: rods.0.diameter: makes rods.0.core.radius wrong: the core is as"),
     ],
 )
 def test_an_override_that_makes_another_key_wrong_is_named(overrides: list[str], said: str) -> None:
-    if not said:
-        load_scene("bowline", overrides)
-        with pytest.raises(InputError, match=r"^overrides: rods\.0\.diameter: makes rods\.0\.length wrong"):
-            load_scene("bowline", overrides[1:])
-        return
     assert str(refused("bowline", *overrides)).startswith(said)
 
 

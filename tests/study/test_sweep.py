@@ -266,6 +266,7 @@ def test_a_rope_is_for_all_points_and_goes_on(engines: list[StandIn]) -> None:
     assert again.points == table.points
     with pytest.raises(InputError, match="rope: diameter: a bare number"):
         sweep(study, "other", rope={"diameter": 10})
+    Path("other").mkdir()
     given = sweep(study, "other", rope=rope)
     assert given.run(0).scene.rope == scenes[0].rope
 
