@@ -11,7 +11,10 @@ from typing import IO, Any
 
 UNITS = {"mb": "MB", "gb": "GB", "s": "s", "N": "N", "mm": "mm", "Nmm": "N mm"}
 """Units at the end of names in files, as a reader writes them."""
-NAMES = {"max_stretch_deviation": "largest |stretch - 1| while mapped"}
+NAMES = {
+    "max_stretch_deviation": "largest |stretch - 1| while mapped",
+    "expected_memory_mb_of_a_run": "expected memory of a run [MB]",
+}
 """Names whose parts do not say what they are."""
 WORDS = {
     "dofs": "degrees of freedom",

@@ -84,7 +84,7 @@ COLUMNS = {
     "normal_force_N": "normal force of the sample",
     "friction_force_N": "friction force of the sample",
     "state": '"sticks" or "slips"',
-    "force_before_N": "force at the reported end in the last equilibrium before the jump",
+    "force_before_N": "force at the reported end in the last equilibrium before the jump; nan without one in the step",
     "force_after_N": "force at the reported end in the first equilibrium after it",
     "moved_mm": "how far the place moved that moved furthest",
     "released_Nmm": "energy that numerical drag took on the way",

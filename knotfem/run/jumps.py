@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,7 +26,7 @@ class Jump:
         time: [s].
         displacement: of the reported end over all steps after tying [mm].
         step_displacement: the same since the start of the scene's step [mm].
-        force_before, force_after: on that end [N].
+        force_before, force_after: on that end [N]; before is nan where no equilibrium of the step precedes.
         rod: name of the rod that moved furthest.
         arclength_fraction: where on it, s/L.
         moved: how far that place moved [mm].
@@ -46,9 +47,10 @@ class Jump:
     steps: int
 
     def __str__(self) -> str:
+        before = "" if math.isnan(self.force_before) else f"{self.force_before:.4g} to "
         return (
             f"jump at {self.displacement:.4g} mm, {self.rod} moves by {self.moved:.3g} mm at s/L = "
-            f"{self.arclength_fraction:.2f}, force {self.force_before:.4g} to {self.force_after:.4g} N, "
+            f"{self.arclength_fraction:.2f}, force {before}{self.force_after:.4g} N, "
             f"{self.released:.3g} N mm released"
         )
 

@@ -10,6 +10,7 @@ from knotfem import reference, shipped
 from knotfem.errors import InputError
 from knotfem.run.column_meanings import COLUMNS, TABLES
 from knotfem.run.field_meanings import FIELDS
+from knotfem.run.summary_meanings import SUMMARY
 from knotfem.scene import load_scene
 from knotfem_cli.main import knotfem_command
 
@@ -119,6 +120,7 @@ def test_fields_of_both_models_have_an_entry(tmp_path):
             name for name, field in FIELDS.items() if model in field.models and field.places != "field data"
         }
         assert set(fields.cell_data) <= set(fields.point_data)
+        assert set(run.summary) <= set(SUMMARY)
         common.append(set(fields.point_data))
         assert_described(folder / "results.vtkhdf", [state.displacement for state in run.states])
     assert common[0] & common[1] >= {"displacement", "tension", "contact_pressure", "largest_principal_strain"}

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from coarse import KNOT
+from coarse import HITCH, KNOT
 
 import knotfem as kf
 from knotfem.errors import InputError
@@ -75,6 +75,14 @@ def test_the_knot_is_where_strands_are_close(tmp_path):
     with pytest.raises(InputError, match="focus: no knot to focus on; expected strands that come closer"):
         drawn_state(tmp_path / "straight").render(tmp_path / "a.png", "none", focus="knot")
     assert not list(tmp_path.glob("*.png"))
+
+
+def test_a_hitch_is_shown_with_its_turns_about_the_cylinder():
+    run = kf.tie("clove-hitch", {**HITCH, "output.fields": True, "tie.path": "direct"}, progress=False)
+    state = run.states[-1]
+    knot = pictures._knot(state.fields, run.scene, pictures._look(state.fields, run.scene, "none"))
+    turned = np.sort(np.arctan2(knot[:, 2], knot[:, 0]))
+    assert np.diff(turned, append=turned[0] + 2.0 * np.pi).max() < 0.5
 
 
 def test_what_cannot_be_drawn_is_refused(tmp_path):

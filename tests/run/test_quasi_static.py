@@ -1,6 +1,8 @@
 """Whole runs with quasi-static steps, on discrete rods."""
 
+import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ import pytest
 import knotfem as kf
 from knotfem.errors import Stopped
 from knotfem.results.run import Run
+from knotfem.run.jumps import Jump
 from knotfem.run.stop import StopRequest
 
 SNAP = {"model": "rod", "output.fields": False, "steps.pull.displacement": "12 mm"}
@@ -128,3 +131,9 @@ def test_a_step_in_real_time_sets_out_at_rest():
     hold = [event for event in kf.steps(scene) if event.step.kind == "hold"]
     assert not hold[0].accepted.start.v.any()
     assert max(event.energies.kinetic for event in hold) < 1e-6
+
+
+def test_a_jump_without_an_equilibrium_before_it_tells_the_force_after_it():
+    jump = Jump("pull", 1.0, 60.0, 0.0, math.nan, 0.27, "rod", 1.0, 191.0, 17.8, 238)
+    assert ", force 0.27 N, " in str(jump)
+    assert ", force 0.5 to 0.27 N, " in str(replace(jump, force_before=0.5))

@@ -6,6 +6,7 @@ from coarse import HITCH
 import knotfem as kf
 from knotfem.errors import InputError
 from knotfem.results.run import Run
+from knotfem.run.summary_meanings import SUMMARY
 from knotfem.scene.steps import Clamped, Driven, Free, Loaded, Pull
 from knotfem.study.holding import holding_scene
 
@@ -49,6 +50,11 @@ def test_the_step_ends_once_the_end_is_drawn_in(hitch):
     assert (drawn[:-1] <= 3.0).all()
     assert hitch.verdict == "slips"
     assert table["step_displacement_mm"][-1] < 15.0
+
+
+def test_the_reference_has_all_that_is_said_of_verdict_and_holding(hitch):
+    for table in ("verdict_evidence", "holding"):
+        assert {f"{table}.{key}" for key in hitch.summary[table]} <= set(SUMMARY)
 
 
 def test_as_much_is_drawn_in_as_samples_in_contact_move_along_the_rod(hitch):
