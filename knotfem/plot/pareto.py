@@ -29,7 +29,7 @@ def plot_pareto(
 
     Args:
         series: CPU seconds and relative error of each refinement level, from coarse to fine, by series.
-        front: those that none beats, by rising cost: CPU seconds, error, and the larger one that they are trusted with,
+        front: those that none beats, by rising cost: CPU seconds, error, and the larger bound on it,
             which is ringed.
         out: file to write (.png, .pdf, .svg).
         label: what the error is of.
@@ -53,11 +53,11 @@ def plot_pareto(
             seconds, errors = zip(*drawn, strict=True)
             axes.set(xlim=(min(seconds) / 1.3, max(seconds) * 1.3), ylim=(min(errors) / 2.0, max(errors) * 2.0))
         if front:
-            seconds, found, trusted = zip(*front, strict=True)
-            axes.vlines(seconds, found, trusted, color="0.2", lw=0.8)
-            axes.plot(seconds, trusted, ls="none", marker="o", ms=11, mfc="none", mec="0.2", mew=1.2, label="front")
-            steps = list(zip(seconds, trusted, strict=True))
-            reach = [(seconds[0], axes.get_ylim()[1]), *steps, (axes.get_xlim()[1], trusted[-1])]
+            seconds, found, bound = zip(*front, strict=True)
+            axes.vlines(seconds, found, bound, color="0.2", lw=0.8)
+            axes.plot(seconds, bound, ls="none", marker="o", ms=11, mfc="none", mec="0.2", mew=1.2, label="front")
+            steps = list(zip(seconds, bound, strict=True))
+            reach = [(seconds[0], axes.get_ylim()[1]), *steps, (axes.get_xlim()[1], bound[-1])]
             axes.plot(*zip(*reach, strict=True), color="0.2", lw=0.8, ls="--", drawstyle="steps-post")
         if uncertainty > 0.0:
             axes.axhspan(axes.get_ylim()[0], uncertainty, color="0.9", lw=0, zorder=0)

@@ -80,34 +80,34 @@ class ConvergenceStudy:
         reference = self.references[name][0]
         return Reference(limit.value, reference.scale, 0.0, "").error(entry.quantities[name])
 
-    def trusted(self, entry: Measured) -> float:
-        """Error in the main quantity that a level is trusted with: the largest among all levels that refine it.
+    def error_bound(self, entry: Measured) -> float:
+        """Bound on the error in the main quantity: the largest among a level and all that refine it.
 
         Errors of opposite sign can cancel in a coarse level, which says nothing of another scene. A combination with
-        another element is trusted no more than that element on its mesh. NaN for a level that is not done, and without
+        another element has at least the bound of that element on its mesh. NaN for a level that is not done, and without
         a reference.
         """
         parts = entry.level.name.split("+") if entry.level.series == "chosen" else []
         elements = [one for one in self.measured if one.level.series == "element" and one.level.name in parts]
         errors = [self.error(one, self.main) for one in _finer(self.measured, entry)]
-        return max([*errors, *(self.trusted(one) for one in elements)], default=float("nan"))
+        return max([*errors, *(self.error_bound(one) for one in elements)], default=float("nan"))
 
-    def bound(self, entry: Measured) -> float:
-        """Trusted error in the main quantity with the reference's own uncertainty; NaN where there is none."""
+    def promised_error(self, entry: Measured) -> float:
+        """Error bound in the main quantity with the reference's own uncertainty; NaN where there is none."""
         found = self.references.get(self.main)
-        return self.trusted(entry) + found[0].uncertainty if found else float("nan")
+        return self.error_bound(entry) + found[0].uncertainty if found else float("nan")
 
     @property
     def front(self) -> list[Measured]:
-        """Levels that none beats in CPU seconds and trusted error; errors below the reference's own are alike."""
+        """Levels that none beats in CPU seconds and error bound; errors below the reference's own are alike."""
         found = self.references[self.main]
         noise = found[0].uncertainty if found else 0.0
-        return self._unbeaten(lambda entry: float(np.maximum(self.trusted(entry), noise)))
+        return self._unbeaten(lambda entry: float(np.maximum(self.error_bound(entry), noise)))
 
     @property
     def offers(self) -> list[Measured]:
-        """Levels that none beats in CPU seconds and bound: what `cheapest` chooses from."""
-        return self._unbeaten(self.bound)
+        """Levels that none beats in CPU seconds and promised error: what `cheapest` chooses from."""
+        return self._unbeaten(self.promised_error)
 
     def _unbeaten(self, error: Callable[[Measured], float]) -> list[Measured]:
         done = [entry for entry in self.measured if entry.done]
@@ -116,7 +116,7 @@ class ConvergenceStudy:
 
     def cheapest(self, target: float) -> Measured | None:
         """The level with the least CPU seconds whose error, the reference's uncertainty added, is within a target."""
-        good = [entry for entry in self.measured if entry.done and self.bound(entry) <= target]
+        good = [entry for entry in self.measured if entry.done and self.promised_error(entry) <= target]
         return min(good, key=lambda entry: entry.cpu["total"], default=None)
 
 
@@ -231,11 +231,11 @@ def _options(study: ConvergenceStudy, name: str) -> list[Option]:
     reference = Reference(limit.value, scale, limit.uncertainty / scale, "")
     done = [entry for entry in study.series[name] if entry.done]
 
-    def trusted(entry: Measured) -> float:
+    def error_bound(entry: Measured) -> float:
         return max(reference.error(one.quantities[study.main]) for one in _finer(done, entry))
 
     return [
-        Option(entry.level, trusted(entry) + reference.uncertainty, entry.cpu["total"] / study.base.cpu["total"])
+        Option(entry.level, error_bound(entry) + reference.uncertainty, entry.cpu["total"] / study.base.cpu["total"])
         for entry in done
     ]
 

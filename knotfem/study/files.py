@@ -67,7 +67,7 @@ def plot(study: ConvergenceStudy, out: Path) -> None:
         name: points(falling(entries) if name in SIZED else [entry for entry in entries if entry.level.series == name])
         for name, entries in study.series.items()
     }
-    front = [(*point, study.trusted(entry)) for entry in study.front for point in points([entry])]
+    front = [(*point, study.error_bound(entry)) for entry in study.front for point in points([entry])]
     plot_pareto(
         series,
         front,

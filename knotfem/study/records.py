@@ -27,7 +27,7 @@ class Setting:
 
     Attributes:
         level: its name.
-        error: relative, in the main quantity, that it is trusted with.
+        error: bound on the relative error in the main quantity.
         uncertainty: of the reference it is taken against.
         cpu_s, wall_s, memory_mb: what it took.
         model: "fem" or "rod".
@@ -111,7 +111,7 @@ def record_of(study: ConvergenceStudy) -> Record:
     for entry in study.offers:
         assert entry.scene is not None, "offers are done"
         cost = (entry.cpu["total"], entry.wall["total"], entry.counts["peak_memory_mb"])
-        figures = (entry.level.name, study.trusted(entry), reference.uncertainty, *cost)
+        figures = (entry.level.name, study.error_bound(entry), reference.uncertainty, *cost)
         settings.append(Setting(*figures, **_dimensionless(entry.scene)))
     return Record(
         study.scene.name,

@@ -42,7 +42,7 @@ def level_rows(study: ConvergenceStudy) -> list[dict[str, Any]]:
             **{name: entry.counts.get(name, float("nan")) for name in COUNTS},
             **{f"{name}_error": study.error(entry, name) for name in study.references},
             **{f"{name}_own_error": study.own_error(entry, name) for name in study.references},
-            "trusted_error": study.trusted(entry),
+            "trusted_error": study.error_bound(entry),
             "pareto": float(entry.level.name in front),
         }
         for entry in study.measured
@@ -73,7 +73,7 @@ def recommendations(study: ConvergenceStudy) -> list[str]:
             lines.append(f"{target:.0%} in the {label}: no level is that accurate within the reference's uncertainty")
             continue
         uncertainty = study.references[study.main][0].uncertainty
-        error = f"error {_percent(study.trusted(entry))} +- {_percent(uncertainty)} %"
+        error = f"error {_percent(study.error_bound(entry))} +- {_percent(uncertainty)} %"
         cost = f"{duration(entry.wall['total'])} here ({duration(entry.cpu['total'])} of CPU time)"
         lines.append(f"{target:.0%} in the {label}: {entry.level.name} ({entry.level.setting}), {error}, about {cost}")
     return [*lines, *_missing(study)]
@@ -104,9 +104,9 @@ def _errors(study: ConvergenceStudy) -> RenderableType:
         mark = "*" if entry.level.name in front else ""
         if entry.done:
             errors = [_percent(study.error(entry, name)) for name in names]
-            own, trusted = _percent(study.own_error(entry, study.main)), _percent(study.trusted(entry))
+            own, bound = _percent(study.own_error(entry, study.main)), _percent(study.error_bound(entry))
             cpu = duration(entry.cpu["total"])
-            table.add_row(mark, entry.level.name, entry.level.setting, *errors, own, trusted, cpu)
+            table.add_row(mark, entry.level.name, entry.level.setting, *errors, own, bound, cpu)
         elif entry.outcome.state != "left out":
             table.add_row(mark, entry.level.name, _why(entry))
     return table

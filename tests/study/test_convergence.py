@@ -95,8 +95,8 @@ def test_recommendation_is_the_cheapest_within_the_target(study):
     assert study.cheapest(1e-6) is None
 
 
-def test_luck_is_not_trusted(study):
-    """A coarse level that happens upon the reference itself is trusted with the error of the scene that refines it."""
+def test_luck_is_no_bound(study):
+    """A coarse level that happens upon the reference itself has the error of the scene that refines it for its bound."""
     truth = study.references["force"][0].value
     lucky = [
         replace(entry, quantities={**entry.quantities, "force": truth}) if entry.level.name == "section-4" else entry
@@ -105,17 +105,17 @@ def test_luck_is_not_trusted(study):
     (coarse,) = [entry for entry in lucky if entry.level.name == "section-4"]
     changed = replace(study, measured=lucky)
     assert changed.error(coarse, "force") == 0.0
-    assert changed.trusted(coarse) >= changed.error(study.base, "force") > 0.0
+    assert changed.error_bound(coarse) >= changed.error(study.base, "force") > 0.0
 
 
-def test_combination_is_trusted_no_more_than_its_element(study):
+def test_combination_is_bounded_no_better_than_its_element(study):
     truth = study.references["force"][0].value
     (element,) = [entry for entry in study.measured if entry.level.name == "element-hex8-4-x2"]
     level = replace(element.level, name="element-hex8-4-x2+step-x0.25", series="chosen")
     lucky = replace(element, level=level, quantities={**element.quantities, "force": truth})
     changed = replace(study, measured=[*study.measured, lucky])
     assert changed.error(lucky, "force") == 0.0
-    assert changed.trusted(lucky) >= changed.trusted(element) > 0.0
+    assert changed.error_bound(lucky) >= changed.error_bound(element) > 0.0
 
 
 def test_luck_is_not_combined(study):
