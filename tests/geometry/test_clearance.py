@@ -24,6 +24,7 @@ def hairpin(width: float, legs: float, nodes: int = 200) -> Array:
     ("name", "diameter", "closest", "sharpest"),
     [
         ("bowline", 6.0, 1.99, 0.50),
+        ("bowline_arcs", 6.0, 1.5, 0.45),
         ("overhand", 1.0, 1.68, 0.31),
         ("granny", 1.0, 1.68, 0.32),
         ("surgeon", 1.0, 1.67, 0.40),

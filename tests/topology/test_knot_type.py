@@ -17,6 +17,7 @@ Array = NDArray[np.float64]
 Braid = Callable[[list[int]], list[Array]]
 
 SHIPPED = {
+    "bowline_arcs": ("8_20, left-handed", "-t^-5 + t^-4 - t^-3 + 2t^-2 - t^-1 + 2 - t"),
     "overhand": ("3_1, right-handed", "t + t^3 - t^4"),
     "figure_eight": ("4_1", "t^-2 - t^-1 + 1 - t + t^2"),
     "double_overhand": ("5_1, right-handed", "t^2 + t^4 - t^5 + t^6 - t^7"),
