@@ -19,9 +19,6 @@ from knotfem.sparse.pattern import Matrix, stencil_keys, view_of
 from knotfem.sparse.scatter import MatrixView
 from knotfem.types import Arrays
 
-RUBBING = 0.1
-"""Friction force, over the largest of its kind, below which the path of a contact decides nothing."""
-
 
 class Contact(Protocol):
     """What friction asks of the term of normal contact.
@@ -164,8 +161,7 @@ class Friction(Term):
         self.law.commit(x, self.contact, self.view)
 
     def slip(self) -> float:
-        traction = np.linalg.norm(self.view.traction, axis=1)
-        rubbing = (traction > 0.0) & (traction >= RUBBING * traction.max(initial=0.0))
+        rubbing = self.view.traction.any(axis=1)
         return float(max(self.view.slip[rubbing].max(initial=0.0) - self.view.stick, 0.0))
 
     def history(self) -> Arrays:
