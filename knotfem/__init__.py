@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from knotfem.results.plot import plot
     from knotfem.results.run import Run
     from knotfem.run.check import check
-    from knotfem.run.simulation import TimeStepDone
+    from knotfem.run.events import TimeStepDone
     from knotfem.scene.load import load_scene
     from knotfem.scene.model import Scene
     from knotfem.solver.term import Role, Term, TimeStep
@@ -74,7 +74,7 @@ _PLACES = {
     "plot": "knotfem.results.plot",
     "Run": "knotfem.results.run",
     "check": "knotfem.run.check",
-    "TimeStepDone": "knotfem.run.simulation",
+    "TimeStepDone": "knotfem.run.events",
     "Scene": "knotfem.scene.model",
     "load_scene": "knotfem.scene.load",
     "Role": "knotfem.solver.term",

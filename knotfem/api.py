@@ -18,10 +18,11 @@ from knotfem.run.additions import names_of, require
 from knotfem.run.checkpoint import RunCheckpoint
 from knotfem.run.directory import RunDirectory
 from knotfem.run.driver import drive, goal_of
+from knotfem.run.events import PhaseDone, TimeStepDone
 from knotfem.run.memory import MemoryStore, StoredState
 from knotfem.run.progress import Progress, automatic_progress
 from knotfem.run.recorder import Recorder
-from knotfem.run.simulation import LOG, PhaseDone, Simulation, TimeStepDone
+from knotfem.run.simulation import LOG, Simulation
 from knotfem.run.source import source_rods
 from knotfem.run.step_report import report_of
 from knotfem.run.stop import StopRequest

@@ -13,11 +13,12 @@ from knotfem.run.additions import names_of, require
 from knotfem.run.checkpoint import RunCheckpoint
 from knotfem.run.directory import TIED, RunDirectory
 from knotfem.run.disk import DiskStore
+from knotfem.run.events import PhaseDone, TimeStepDone
 from knotfem.run.fingerprint import fingerprint
 from knotfem.run.progress import Progress, Silent
 from knotfem.run.provenance import Provenance
 from knotfem.run.recorder import Recorder
-from knotfem.run.simulation import PhaseDone, Simulation, TimeStepDone, steps_of
+from knotfem.run.simulation import Simulation, steps_of
 from knotfem.run.source import source_rods
 from knotfem.run.step_report import report_of
 from knotfem.run.stop import StopRequest

@@ -26,8 +26,9 @@ from knotfem.run.columns import (
     Value,
     energy_column,
 )
+from knotfem.run.events import PhaseDone, TimeStepDone
 from knotfem.run.jumps import Jump
-from knotfem.run.simulation import PhaseDone, Simulation, TimeStepDone
+from knotfem.run.simulation import Simulation
 from knotfem.run.summary import Summary
 from knotfem.scene.steps import Relax
 from knotfem.solver.term import VISCOUS, Role, Term

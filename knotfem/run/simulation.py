@@ -4,135 +4,37 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from knotfem.energy.balance import EnergyBalance, StepFigures
-from knotfem.energy.energies import Energies
 from knotfem.errors import KnotLost, NotConverged
-from knotfem.models.base import Additions, Equations, Increment, Model
+from knotfem.models.base import Additions, Equations, Model
 from knotfem.models.build import build_model
 from knotfem.models.newton import newton_of
 from knotfem.models.rod.initial import SourceRod
+from knotfem.run.events import Event, PhaseDone, TimeStepDone
 from knotfem.run.expected import refuse_too_large
-from knotfem.run.jumps import Jump, JumpWatch
+from knotfem.run.jumps import JumpWatch
 from knotfem.run.monitor import KnotMonitor, Knots, of_checkpoint
 from knotfem.run.remarks import Remarks
 from knotfem.run.schedule import Rest, schedule_of
+from knotfem.run.underway import Underway, restored, restored_state, stored, stored_step
 from knotfem.run.validity import Validity
 from knotfem.run.verdict_watch import VerdictWatch
 from knotfem.scene.model import Scene
 from knotfem.scene.steps import Loaded, Relax, Release, Step
 from knotfem.solver.nonlinear.newton import Interrupt
 from knotfem.solver.state import State
-from knotfem.solver.stepping.integrator import AcceptedStep, Continuation, integrate
-from knotfem.solver.stepping.pace import Pace
+from knotfem.solver.stepping.integrator import Continuation, integrate
 from knotfem.solver.system import System
 from knotfem.sparse.linear import solver_name
 from knotfem.stability.ends import deciding_steps
 from knotfem.tie import CentrelinePath
 
 LOG = logging.getLogger("knotfem")
-
-
-@dataclass(frozen=True, eq=False)
-class TimeStepDone:
-    """An accepted time step.
-
-    Attributes:
-        step: of the scene.
-        accepted: the time step.
-        figures: of the step.
-        energies: so far.
-        system: equations, with the terms in the accepted state.
-        elapsed: since the scene's step began [s].
-        fraction: of the scene's step that is done, 0 to 1; nan where nobody knows.
-        output: whether outputs are due.
-        last: whether it is the last of the scene's step.
-        equilibrium: whether viscous terms and inertia carry no more than the scene's `quasi_static.tolerance` allows.
-        jump: that ended with it, or None.
-        before: displacement with which the scene's step set out [mm].
-        drawn_in: length of the free end that has been drawn in furthest since the scene's step began [mm]; 0 where no
-            step shows whether the knot holds.
-    """
-
-    step: Step
-    accepted: AcceptedStep
-    figures: StepFigures
-    energies: Energies
-    system: System
-    elapsed: float
-    fraction: float
-    output: bool
-    last: bool
-    equilibrium: bool
-    jump: Jump | None
-    before: float
-    drawn_in: float
-
-    @property
-    def state(self) -> State:
-        """The accepted state."""
-        return self.accepted.state
-
-    @property
-    def time(self) -> float:
-        """Time [s]."""
-        return self.state.time
-
-    @property
-    def force(self) -> float:
-        """Along the reported drive, at its end [N]."""
-        return self.figures.force
-
-    @property
-    def displacement(self) -> float:
-        """Of that end over all steps after tying [mm]; what a step goes back is not taken off for the next ones."""
-        return self.before + self.figures.displacement
-
-    @property
-    def step_displacement(self) -> float:
-        """Of that end since the start of the scene's step [mm]."""
-        return self.figures.displacement
-
-
-@dataclass(frozen=True)
-class PhaseDone:
-    """The mapping, or a step of the scene, is through.
-
-    Attributes:
-        name: of the phase.
-        tied: whether the knot is tied with it.
-    """
-
-    name: str
-    tied: bool
-
-
-Event = Increment | TimeStepDone | PhaseDone
-
-
-@dataclass(frozen=True, eq=False)
-class Underway:
-    """A step of the scene that has begun.
-
-    Attributes:
-        step: of the scene.
-        origin: what must be known of the state that it set out from.
-        before: force on each loaded end at that time [N], by label, shape [3].
-        now: how far it has come.
-        watch: sees jumps.
-        keys: sparsity of its equations, None before the first solve.
-    """
-
-    step: Step
-    origin: State
-    before: dict[str, np.ndarray]
-    now: Continuation
-    watch: JumpWatch
-    keys: np.ndarray | None = None
 
 
 def steps_of(scene: Scene, goal: str) -> tuple[Step, ...]:
@@ -422,8 +324,8 @@ class Simulation:
         u = self._underway
         now = Continuation.at(self.state) if u is None else u.now
         return {
-            "now": _stored(now),
-            "underway": None if u is None else _stored_step(u),
+            "now": stored(now),
+            "underway": None if u is None else stored_step(u),
             "balance": self.balance.state(),
             "knots_before": self.knots_before,
             "started_at": self._started_at,
@@ -446,7 +348,7 @@ class Simulation:
         self.remarks.kept, self.validity.found = {**state.get("remarks", {})}, {**state.get("validity", {})}
         if state.get("started_at") is not None:
             self._watch_from(state["started_at"])
-        now = _restored(state["now"])
+        now = restored(state["now"])
         self.state, self.mapped = now.state, True
         self.balance.restore(state["balance"])
         self.watch = self._new_watch() if state.get("verdict") else None
@@ -455,34 +357,10 @@ class Simulation:
         underway = state["underway"]
         if underway is not None:
             step = self.scene.steps[self.next_step]
-            origin = _restored_state(underway["origin"])
+            origin = restored_state(underway["origin"])
             watch = JumpWatch(self.model, now.state.x)
             watch.restore(underway["watch"])
             self._underway = Underway(step, origin, underway["before"], now, watch, underway["keys"])
             self.phase = step.name
         elif self.next_step > 0:
             self.phase = self.scene.steps[self.next_step - 1].name
-
-
-def _stored_step(u: Underway) -> dict[str, Any]:
-    return {"origin": _stored_state(u.origin), "before": u.before, "watch": u.watch.state(), "keys": u.keys}
-
-
-def _stored_state(state: State) -> dict[str, Any]:
-    history = {label: dict(arrays) for label, arrays in state.history.items()}
-    return {"x": state.x, "v": state.v, "a": state.a, "time": state.time, "history": history}
-
-
-def _restored_state(values: dict[str, Any]) -> State:
-    return State(**values)
-
-
-def _stored(now: Continuation) -> dict[str, Any]:
-    pace = None if now.pace is None else dict(vars(now.pace))
-    return {**vars(now), "state": _stored_state(now.state), "pace": pace}
-
-
-def _restored(values: dict[str, Any]) -> Continuation:
-    pace = values["pace"]
-    state = _restored_state(values["state"])
-    return Continuation(**{**values, "state": state, "pace": None if pace is None else Pace(**pace)})

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from knotfem.models.base import Increment
-from knotfem.run.simulation import TimeStepDone
+from knotfem.run.events import TimeStepDone
 from knotfem.run.step_figures import StepReport
 from knotfem.scene.steps import Pull, Relax, Step
 

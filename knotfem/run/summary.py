@@ -13,9 +13,9 @@ import numpy as np
 from knotfem.energy.balance import StepFigures
 from knotfem.energy.energies import Energies
 from knotfem.models.base import Model
+from knotfem.run.events import TimeStepDone
 from knotfem.run.memory_use import peak_memory_mb
 from knotfem.run.monitor import Knots
-from knotfem.run.simulation import TimeStepDone
 from knotfem.solver.system import System
 from knotfem.solver.term import Role
 

@@ -84,8 +84,8 @@ class ConvergenceStudy:
         """Bound on the error in the main quantity: the largest among a level and all that refine it.
 
         Errors of opposite sign can cancel in a coarse level, which says nothing of another scene. A combination with
-        another element has at least the bound of that element on its mesh. NaN for a level that is not done, and without
-        a reference.
+        another element has at least the bound of that element on its mesh. NaN for a level that is not done, and
+        without a reference.
         """
         parts = entry.level.name.split("+") if entry.level.series == "chosen" else []
         elements = [one for one in self.measured if one.level.series == "element" and one.level.name in parts]

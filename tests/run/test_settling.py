@@ -6,7 +6,8 @@ import pytest
 import knotfem as kf
 from knotfem.errors import InputError
 from knotfem.models.build import build_model
-from knotfem.run.simulation import Simulation, TimeStepDone
+from knotfem.run.events import TimeStepDone
+from knotfem.run.simulation import Simulation
 from knotfem.scene import load_scene, scene_to_toml
 
 COARSE = (

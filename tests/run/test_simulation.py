@@ -14,7 +14,8 @@ from knotfem.energy.energies import Energies
 from knotfem.errors import Stopped
 from knotfem.models.base import Increment
 from knotfem.run.checkpoint import CheckpointStore
-from knotfem.run.simulation import Event, PhaseDone, Simulation, TimeStepDone
+from knotfem.run.events import Event, PhaseDone, TimeStepDone
+from knotfem.run.simulation import Simulation
 from knotfem.scene import Scene, load_scene
 from knotfem.types import Arrays
 

@@ -85,18 +85,18 @@ def test_recommendation_is_the_cheapest_within_the_target(study):
     for target in (0.05, 0.02):
         cheapest = study.cheapest(target)
         if cheapest is None:
-            assert all(not study.bound(entry) <= target for entry in study.measured if entry.done)
+            assert all(not study.promised_error(entry) <= target for entry in study.measured if entry.done)
             continue
-        assert study.bound(cheapest) <= target
+        assert study.promised_error(cheapest) <= target
         for entry in study.measured:
-            if entry.done and study.bound(entry) <= target:
+            if entry.done and study.promised_error(entry) <= target:
                 assert entry.cpu["total"] >= cheapest.cpu["total"]
     assert study.cheapest(0.05) is not None
     assert study.cheapest(1e-6) is None
 
 
 def test_luck_is_no_bound(study):
-    """A coarse level that happens upon the reference itself has the error of the scene that refines it for its bound."""
+    """The bound of a coarse level that happens upon the reference itself is the error of the scene that refines it."""
     truth = study.references["force"][0].value
     lucky = [
         replace(entry, quantities={**entry.quantities, "force": truth}) if entry.level.name == "section-4" else entry

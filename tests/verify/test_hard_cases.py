@@ -15,7 +15,8 @@ from knotfem.errors import Interrupted, KnotfemError, MissingDependency, NotConv
 from knotfem.models.solid.body import build_body
 from knotfem.models.solid.model import SolidModel
 from knotfem.run.directory import RunDirectory
-from knotfem.run.simulation import PhaseDone, Simulation, TimeStepDone
+from knotfem.run.events import PhaseDone, TimeStepDone
+from knotfem.run.simulation import Simulation
 from knotfem.scene import Scene, load_scene
 from knotfem.scene.steps import Relax
 from knotfem.solver.state import Motion, State

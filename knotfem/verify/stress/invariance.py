@@ -11,7 +11,8 @@ import numpy as np
 from knotfem.mesh.section import Section
 from knotfem.models.solid.body import meshes_of
 from knotfem.models.solid.model import SolidModel
-from knotfem.run.simulation import PhaseDone, Simulation
+from knotfem.run.events import PhaseDone
+from knotfem.run.simulation import Simulation
 from knotfem.scene.model import Scene
 from knotfem.scene.steps import Driven
 from knotfem.solver.state import Motion, State

@@ -15,9 +15,10 @@ import numpy as np
 
 import knotfem as kf
 from knotfem.errors import KnotLost, NotConverged
+from knotfem.run.events import TimeStepDone
 from knotfem.run.memory import MemoryStore
 from knotfem.run.recorder import Recorder
-from knotfem.run.simulation import Simulation, TimeStepDone
+from knotfem.run.simulation import Simulation
 from knotfem.scene import Scene, load_scene
 from knotfem.verify.case import Case, Quantity
 from knotfem.verify.stress.outcome import Outcome, Table, make_outcome

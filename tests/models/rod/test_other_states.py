@@ -11,7 +11,8 @@ from reduced import RADIUS, Rods, begun, contact, line, peg, settle, spec
 import knotfem as kf
 from knotfem.models.base import Additions, Model, RigidMotion
 from knotfem.models.rod.model import RodModel
-from knotfem.run.simulation import Simulation, TimeStepDone
+from knotfem.run.events import TimeStepDone
+from knotfem.run.simulation import Simulation
 from knotfem.scene.model import Scene
 from knotfem.solver.schemes import Scheme
 from knotfem.solver.state import State
