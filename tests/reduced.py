@@ -29,8 +29,9 @@ from knotfem.solver.nonlinear.newton import Newton
 from knotfem.solver.nonlinear.tolerance import ForceTolerance, Sections
 from knotfem.solver.schemes import BackwardEuler, Scheme
 from knotfem.solver.state import Motion, State
+from knotfem.solver.stepping.continuation import Continuation
 from knotfem.solver.stepping.controller import StepController
-from knotfem.solver.stepping.integrator import AcceptedStep, Continuation, integrate
+from knotfem.solver.stepping.integrator import AcceptedStep, integrate
 from knotfem.solver.system import System
 from knotfem.solver.term import Conditions, Role, Term, TimeStep
 from knotfem.sparse.pattern import Matrix, Pattern

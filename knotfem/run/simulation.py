@@ -28,7 +28,8 @@ from knotfem.scene.model import Scene
 from knotfem.scene.steps import Loaded, Relax, Release, Step
 from knotfem.solver.nonlinear.newton import Interrupt
 from knotfem.solver.state import State
-from knotfem.solver.stepping.integrator import Continuation, integrate
+from knotfem.solver.stepping.continuation import Continuation
+from knotfem.solver.stepping.integrator import integrate
 from knotfem.solver.system import System
 from knotfem.sparse.linear import solver_name
 from knotfem.stability.ends import deciding_steps

@@ -10,7 +10,7 @@ import numpy as np
 from knotfem.run.jumps import JumpWatch
 from knotfem.scene.steps import Step
 from knotfem.solver.state import State
-from knotfem.solver.stepping.integrator import Continuation
+from knotfem.solver.stepping.continuation import Continuation
 from knotfem.solver.stepping.pace import Pace
 
 

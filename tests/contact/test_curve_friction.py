@@ -5,7 +5,7 @@ import pytest
 from reduced import MASS, RADIUS, STICK, Rods, begun, contact, crossing, line, settle, spec
 
 from knotfem.contact.mobilisation import mobilisation
-from knotfem.solver.stepping.integrator import Continuation
+from knotfem.solver.stepping.continuation import Continuation
 
 
 def carried(model, x):

@@ -12,8 +12,9 @@ from knotfem.solver.nonlinear.newton import Newton
 from knotfem.solver.nonlinear.tolerance import ForceTolerance, Sections
 from knotfem.solver.schemes import BackwardEuler, Scheme
 from knotfem.solver.state import State
+from knotfem.solver.stepping.continuation import Continuation
 from knotfem.solver.stepping.controller import StepController
-from knotfem.solver.stepping.integrator import AcceptedStep, Continuation, integrate
+from knotfem.solver.stepping.integrator import AcceptedStep, integrate
 from knotfem.solver.stepping.pace import Outcome, Pace, Trial
 from knotfem.solver.stepping.quasi_static import DRAG_RATE, QuasiStatic
 from knotfem.solver.system import System

@@ -12,35 +12,10 @@ from knotfem.errors import NotConverged
 from knotfem.solver.nonlinear.newton import Interrupt, Newton, Solution, StepFailed
 from knotfem.solver.nonlinear.tolerance import Sections
 from knotfem.solver.state import State, longest_move
+from knotfem.solver.stepping.continuation import Continuation
 from knotfem.solver.stepping.controller import reached
-from knotfem.solver.stepping.pace import Outcome, Pace, Pacing, Trial
+from knotfem.solver.stepping.pace import Outcome, Pacing, Trial
 from knotfem.solver.system import System
-
-
-@dataclass(frozen=True, eq=False)
-class Continuation:
-    """All that the integration needs to go on.
-
-    Attributes:
-        state: accepted.
-        increment: last accepted move [mm], shape [nodes, width].
-        advance: of loads in the step of that move [s].
-        dt: time over which rates were taken in it [s]; 0 where there is no move to extrapolate.
-        pace: how the next step is meant to be, None for the first.
-        damping: Levenberg-Marquardt damping to begin with [N/mm].
-    """
-
-    state: State
-    increment: np.ndarray
-    advance: float = 0.0
-    dt: float = 0.0
-    pace: Pace | None = None
-    damping: float = 0.0
-
-    @classmethod
-    def at(cls, state: State) -> Continuation:
-        """At the beginning."""
-        return cls(state, np.zeros_like(state.x))
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +119,7 @@ def advance(
             )
     outcome = _outcome(system, solution, state, rejected, sections, pacing)
     following = pacing.after_success(pace, trial, outcome)
-    going_on = Continuation(after, solution.x - state.x, trial.advance, trial.dt, following, solution.damping)
+    going_on = now.followed_by(after, trial, following, solution.damping)
     due = trial.at_output or pace.due or reached(after.time, output_times)
     at_output = due and not following.settling
     wall = time.perf_counter() - began
@@ -165,24 +140,14 @@ def _attempt(
     state = attempt.state
     step = system.begin(state, trial.dt, None if trial.rates_over is None else trial.advance)
     x = state.x
-    if (ratio := _extrapolation(attempt, trial)) > 0.0:
-        move = ratio * attempt.increment
+    move = attempt.predicted(trial)
+    if move is not None:
         x = x + system.allowed_fraction(x, move) * move
     solution = newton.solve(system, x, step, sections, attempt.damping, interrupt)
     moved = longest_move(solution.x - state.x)
     if pacing.too_far(moved, trial):
         raise StepFailed(f"a node moved by {moved:.3g} mm in one step")
     return solution, system.commit(solution.x, step)
-
-
-def _extrapolation(attempt: Continuation, trial: Trial) -> float:
-    """Move with which a step begins over the last one: loads that advance carry the rods along, drag where they stand.
-
-    From the one kind of motion to the other nothing is known of the move to come.
-    """
-    if attempt.dt == 0.0 or (attempt.advance > 0.0) != (trial.advance > 0.0):
-        return 0.0
-    return trial.advance / attempt.advance if trial.advance > 0.0 else trial.dt / attempt.dt
 
 
 def _outcome(

@@ -31,8 +31,9 @@ from knotfem.solver.nonlinear.line_search import Armijo
 from knotfem.solver.nonlinear.newton import Newton
 from knotfem.solver.nonlinear.tolerance import ForceTolerance, Sections
 from knotfem.solver.schemes import BackwardEuler, Scheme
+from knotfem.solver.stepping.continuation import Continuation
 from knotfem.solver.stepping.controller import StepController
-from knotfem.solver.stepping.integrator import Continuation, integrate
+from knotfem.solver.stepping.integrator import integrate
 from knotfem.solver.system import System
 from knotfem.solver.term import Conditions, Term
 from knotfem.solver.unknowns import Unknowns

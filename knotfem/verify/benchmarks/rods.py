@@ -26,8 +26,9 @@ from knotfem.solver.nonlinear.newton import Newton, Solution
 from knotfem.solver.nonlinear.tolerance import ForceTolerance, Sections
 from knotfem.solver.schemes import Scheme
 from knotfem.solver.state import Motion, State
+from knotfem.solver.stepping.continuation import Continuation
 from knotfem.solver.stepping.controller import StepController
-from knotfem.solver.stepping.integrator import AcceptedStep, Continuation, integrate
+from knotfem.solver.stepping.integrator import AcceptedStep, integrate
 from knotfem.solver.system import System
 from knotfem.solver.term import Term
 from knotfem.solver.unknowns import Unknowns
