@@ -9,9 +9,10 @@ import numpy as np
 from knotfem.solver.state import State
 from knotfem.solver.stepping.pace import Pace, Trial
 
-LARGEST_BEND = 0.25
-"""Change of velocity from one step to the next, over the velocity, up to which it is extrapolated too: beyond it the
-motion is not smooth. With it the bowline takes a quarter fewer iterations, the figure-eight knot 40 %."""
+ROUGH = 0.25
+"""Change of velocity from one step to the next, over the velocity, of which a half is extrapolated: of less nearly all,
+of more, where the motion is not smooth, next to nothing. With it the bowline takes a quarter fewer iterations, the
+figure-eight knot 40 %."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,8 +63,8 @@ class Continuation:
         if self.earlier is not None and self.earlier_span > 0.0:
             change = velocity - self.earlier / self.earlier_span
             change *= (self.span + span) / (self.earlier_span + self.span)
-            if np.linalg.norm(change) < LARGEST_BEND * np.linalg.norm(velocity):
-                velocity = velocity + change
+            steady, rough = (ROUGH * np.linalg.norm(velocity)) ** 4, np.linalg.norm(change) ** 4
+            velocity = velocity + change * (steady / (steady + rough) if steady > 0.0 else 0.0)
         return span * velocity
 
     def followed_by(self, state: State, trial: Trial, pace: Pace, damping: float) -> Continuation:
