@@ -7,10 +7,10 @@ contact plane along the secondary rod's tangent and across it,
     e = T z + e1 g1 + e2 g2          trial slip
     traction = mu N psi(|e|/s) e/|e|
 
-with psi of `knotfem.contact.mobilisation`, as between tubes, and the force acts on those two material points, rolling
-and twisting included. On an accepted step the slip is cut to the stick distance s where the pair slides, and both
-material points are reset to the current contact point, so that the contact may move along the rods and roll without
-end, while slip that is not cut stays.
+with psi of `knotfem.contact.mobilisation`, as between tubes, rolling and twisting included. The force acts on both rods
+at the point between their axes where they touch now (`knotfem.contact.arms`). On an accepted step the slip is cut to
+the stick distance s where the pair slides, and both material points are reset to the current contact point, so that the
+contact may move along the rods and roll without end, while slip that is not cut stays.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ import numpy as np
 
 from knotfem.compiled import kernel
 from knotfem.contact import material_points as material
+from knotfem.contact.arms import arm_curvature, arm_gradient, arm_swing
 from knotfem.contact.basis import axial_basis
 from knotfem.contact.curve import CurveView, between_middles
 from knotfem.contact.curve_pairs import (
@@ -50,6 +51,7 @@ from knotfem.contact.slip import (
     trial_slip,
 )
 from knotfem.contact.surface import PairView
+from knotfem.geometry.rotation import dot
 from knotfem.sparse.scatter import MatrixView, add_blocks
 
 
@@ -67,8 +69,11 @@ class PairSlipRoom(NamedTuple):
         by: derivatives of the traction by these three, shape [3, 3, 3].
         by_limit: by the gap, shape [3].
         D: by all unknowns, shape [3, 36].
-        block: of the forces on the two material points, shape [24, 36].
-        H: curvature of a material point, shape [12, 12].
+        block: of the forces on the two rods, shape [24, 36].
+        H: of the forces on one rod by its own unknowns, shape [12, 12].
+        K: of the forces on both rods by their arms, shape [2, 12, 3].
+        arms: of the force on the two rods, shape [2, 3].
+        slips, forces: gradients of the material points and of the points on which the force acts, shape [2, 3, 12].
     """
 
     pair: CurvePairRoom
@@ -85,6 +90,10 @@ class PairSlipRoom(NamedTuple):
     D: np.ndarray
     block: np.ndarray
     H: np.ndarray
+    K: np.ndarray
+    arms: np.ndarray
+    slips: np.ndarray
+    forces: np.ndarray
 
 
 @kernel
@@ -92,7 +101,8 @@ def _pair_slip_room() -> PairSlipRoom:
     return PairSlipRoom(
         curve_pair_room(), material_room(), material_room(), np.empty((3, 3)), slip_room(), np.empty((2, 3)),
         np.empty((3, 3)), np.empty(3), np.empty(3), np.empty((3, 3, 3)), np.empty(3), np.empty((3, 36)),
-        np.empty((24, 36)), np.empty((12, 12)),
+        np.empty((24, 36)), np.empty((12, 12)), np.empty((2, 12, 3)), np.empty((2, 3)), np.empty((2, 3, 12)),
+        np.empty((2, 3, 12)),
     )  # fmt: skip
 
 
@@ -131,8 +141,8 @@ def _assemble(
     """Residual and tangent of the friction of all pairs. False where a block lies outside the pattern."""
     points, pairs = contact
     room = _pair_slip_room()
-    T = np.empty(3)
-    GP, GA = np.empty((3, 12)), np.empty((3, 12))
+    T, arm = np.empty(3), np.empty(3)
+    GP, GA = room.forces[0], room.forces[1]
     rows, columns = np.empty(6, np.int64), np.empty(9, np.int64)
     for k in range(pairs.sample.size):
         s: int = pairs.sample[k]
@@ -151,8 +161,10 @@ def _assemble(
         traction_of(room.slip, limit, friction.stick, T)
         rod: int = pairs.rod[k]
         between, lies = samples.between[s], between_middles(friction.u[k], ahead - curves.first[rod])
-        material.material_gradient(base, between, samples.weights[s], frames, own, room.own, GP)
-        material.material_gradient(ahead, lies, room.w[0], frames, anchor, room.other, GA)
+        part = samples.offset[s] / (samples.offset[s] + curves.radius[rod])
+        _arms(x, points[s], ahead, part, room)
+        arm_gradient(base, between, samples.weights[s], frames, room.arms[0], room.own, GP)
+        arm_gradient(ahead, lies, room.w[0], frames, room.arms[1], room.other, GA)
         for i in range(3):
             friction.traction[k, i] = -T[i]
             rows[i] = columns[i] = base + i
@@ -165,8 +177,12 @@ def _assemble(
             continue
         slip_stiffness(room.slip.e, limit, friction.stick, room.slip.M)
         law = friction.stick, -friction.mu[k] * carried * slope
-        _pair_tangent(room, (GP, GA), samples.rates[s, 0], friction.stored[k], (size, h), law)
-        _add_curvature(frames, (base, between, ahead, lies), (own, anchor), room, T)
+        material.material_arm(own[1], own[2], room.own, arm)
+        arm_gradient(base, between, samples.weights[s], frames, arm, room.own, room.slips[0])
+        material.material_arm(anchor[1], anchor[2], room.other, arm)
+        arm_gradient(ahead, lies, room.w[0], frames, arm, room.other, room.slips[1])
+        _pair_tangent(room, samples.rates[s, 0], friction.stored[k], (size, h), law)
+        _add_arms(frames, (base, between, ahead, lies), (size, h, part), room, T)
         if not add_blocks(matrix, rows, columns, room.block):
             return False
     return True
@@ -174,23 +190,21 @@ def _assemble(
 
 @kernel
 def _pair_tangent(
-    room: PairSlipRoom, gradients: tuple[np.ndarray, np.ndarray], rates: np.ndarray, stored: np.ndarray,
-    geometry: tuple[float, float], law: tuple[float, float],
-) -> None:  # fmt: skip
-    """Derivatives of the forces on the material points by all unknowns into `block`, without the points' curvature.
+    room: PairSlipRoom, rates: np.ndarray, stored: np.ndarray, geometry: tuple[float, float], law: tuple[float, float]
+) -> None:
+    """Derivatives of the forces on both rods by all unknowns into `block`, the arms held.
 
     The traction depends on them through the difference z of the two points, the normal n, the secondary rod's
     derivative and the limit; its derivatives by these are found once and applied to those of each unknown.
 
     Args:
         room: of the pair.
-        gradients: of the two material points, shape [3, 12] each.
         rates: weights of the secondary rod's derivative, shape [3].
         stored: slip of the last accepted step, shape [2].
         geometry: |q| and h.
         law: stick distance, and the limit's slope with the gap.
     """
-    GP, GA = gradients
+    SP, SA, GP, GA = room.slips[0], room.slips[1], room.forces[0], room.forces[1]
     size, h = geometry
     pair, n, D, block = room.pair, room.pair.n, room.D, room.block
     by_z, by_n, by_along, by_limit = room.by[0], room.by[1], room.by[2], room.by_limit
@@ -198,9 +212,9 @@ def _pair_tangent(
     for c in range(12):
         node, part = c // 4, c % 4
         for i in range(3):
-            D[i, c] = by_z[i, 0] * GP[0, c] + by_z[i, 1] * GP[1, c] + by_z[i, 2] * GP[2, c]
+            D[i, c] = by_z[i, 0] * SP[0, c] + by_z[i, 1] * SP[1, c] + by_z[i, 2] * SP[2, c]
             D[i, 12 + c] = 0.0
-            D[i, 24 + c] = -(by_z[i, 0] * GA[0, c] + by_z[i, 1] * GA[1, c] + by_z[i, 2] * GA[2, c])
+            D[i, 24 + c] = -(by_z[i, 0] * SA[0, c] + by_z[i, 1] * SA[1, c] + by_z[i, 2] * SA[2, c])
             if part < 3:
                 D[i, c] += by_along[i, part] * rates[node]
     for node in range(6):
@@ -234,22 +248,58 @@ def _traction_rates(room: PairSlipRoom, stored: np.ndarray, law: tuple[float, fl
 
 
 @kernel
-def _add_curvature(
-    frames: FrameView, where: tuple[int, float, int, float], coordinates: tuple[np.ndarray, np.ndarray],
-    room: PairSlipRoom, T: np.ndarray,
+def _arms(x: np.ndarray, point: np.ndarray, ahead: int, part: float, room: PairSlipRoom) -> None:
+    """Vectors from both curves to where the rods touch now, at a part of the distance of their axes."""
+    q, w = room.pair.point.q, room.w
+    for i in range(3):
+        room.arms[0, i] = -part * q[i]
+        there = w[0, 0] * x[ahead, i] + w[0, 1] * x[ahead + 1, i] + w[0, 2] * x[ahead + 2, i]
+        room.arms[1, i] = point[i] - part * q[i] - there
+
+
+@kernel
+def _add_arms(
+    frames: FrameView, where: tuple[int, float, int, float], geometry: tuple[float, float, float], room: PairSlipRoom,
+    T: np.ndarray,
 ) -> None:  # fmt: skip
-    """Add what the curvature of the material points does to the tangent of their forces T and -T."""
+    """Add what the arms of the forces T and -T do to their tangent.
+
+    Args:
+        frames: of the rods.
+        where: first node and place between two edges of both rods.
+        geometry: |q|, h and the part of the distance at which the rods touch.
+        room: of the pair.
+        T: friction force.
+    """
     base, between, ahead, lies = where
-    own, anchor = coordinates
-    H, block = room.H, room.block
-    material.material_curvature(base, between, frames, own, room.own, T, H)
+    size, h, part = geometry
+    pair, H, block, own, other = room.pair, room.H, room.block, room.de, room.dt
+    n, slope, by_own, by_other = pair.n, pair.point.C[1], room.K[0], room.K[1]
+    arm_swing(base, between, frames, T, room.own, by_own)
+    arm_swing(ahead, lies, frames, T, room.other, by_other)
+    arm_curvature(base, between, frames, room.arms[0], T, room.own, H)
     for a in range(12):
         for c in range(12):
             block[a, c] += H[a, c]
-    material.material_curvature(ahead, lies, frames, anchor, room.other, T, H)
+    arm_curvature(ahead, lies, frames, room.arms[1], T, room.other, H)
     for a in range(12):
         for c in range(12):
             block[12 + a, 24 + c] -= H[a, c]
+    for c in range(6):
+        B, Bd = pair.B[c], pair.Bd[c]
+        for j in range(3):
+            du = (B * slope[j] - Bd * size * n[j]) / h
+            for i in range(3):
+                direct = B if i == j else 0.0
+                own[i] = -part * (direct - slope[i] * du)
+                other[i] = own[i] + (direct if c < 3 else 0.0)
+            for a in range(12):
+                block[a, 4 * c + j] += dot(by_own[a], own)
+                block[12 + a, 4 * c + j] -= dot(by_other[a], other)
+    for c in range(3):
+        for j in range(3):
+            for a in range(12):
+                block[12 + a, 24 + 4 * c + j] += by_other[a, j] * room.w[0, c]
 
 
 @kernel

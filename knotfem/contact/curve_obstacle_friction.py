@@ -1,7 +1,8 @@
 """Friction of discrete rods on a rigid surface.
 
-The obstacle has no unknowns of its own; all else is as between rods. The derivative of the normal by the sample's place
-is the Hessian of the distance.
+The obstacle has no unknowns of its own; all else is as between rods: slip is that of a material point, friction acts on
+the foot of the sample on the obstacle. The derivative of the normal by the sample's place is the Hessian of the
+distance.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import numpy as np
 
 from knotfem.compiled import kernel
 from knotfem.contact import material_points as material
+from knotfem.contact.arms import arm_curvature, arm_gradient, arm_swing
 from knotfem.contact.law import penalty
 from knotfem.contact.material_frames import Frames, FrameView
 from knotfem.contact.material_points import MaterialRoom, material_room
@@ -67,7 +69,7 @@ def _assemble(
 ) -> bool:  # fmt: skip
     """Residual and tangent of the friction of samples of discrete rods near an obstacle."""
     room = SampleSlipRoom(material_room(), slip_room())
-    G, T = np.empty((3, 12)), np.empty(3)
+    slips, G, T, arm = np.empty((3, 12)), np.empty((3, 12)), np.empty(3), np.empty(3)
     for k in range(touch.sample.size):
         s: int = touch.sample[k]
         n = touch.normal[k]
@@ -79,10 +81,13 @@ def _assemble(
             continue
         _sample_slip(x, frames, samples, s, n, friction, room)
         friction.slip[s] = room.slip.size[0]
-        measure, base = samples.measure[s], samples.nodes[s, 0]
+        measure, base, between = samples.measure[s], samples.nodes[s, 0], samples.between[s]
         limit = friction.mu[s] * measure * pressure
         traction_of(room.slip, limit, friction.stick, T)
-        material.material_gradient(base, samples.between[s], samples.weights[s], frames, friction.own[s], room.point, G)
+        distance = touch.gap[k] + samples.offset[s]
+        for i in range(3):
+            arm[i] = -distance * n[i]
+        arm_gradient(base, between, samples.weights[s], frames, arm, room.point, G)
         for i in range(3):
             friction.traction[s, i] = -T[i]
         for c in range(12):
@@ -91,10 +96,10 @@ def _assemble(
             continue
         slip_stiffness(room.slip.e, limit, friction.stick, room.slip.M)
         law = friction.stick, -friction.mu[s] * measure * slope
-        block = _sample_tangent(samples, s, (n, touch.turn[k]), G, friction.stored[s], law, room)
-        H = np.empty((12, 12))
-        material.material_curvature(base, samples.between[s], frames, friction.own[s], room.point, T, H)
-        block += H
+        material.material_arm(friction.own[s, 1], friction.own[s, 2], room.point, arm)
+        arm_gradient(base, between, samples.weights[s], frames, arm, room.point, slips)
+        block = _sample_tangent(samples, s, (n, touch.turn[k]), (slips, G), friction.stored[s], law, room)
+        _add_arm(frames, samples, s, (n, touch.turn[k], distance), T, room.point, block)
         if not add_blocks(matrix, samples.nodes[s], samples.nodes[s], block):
             return False
     return True
@@ -102,21 +107,22 @@ def _assemble(
 
 @kernel
 def _sample_tangent(
-    samples: SampleView, s: int, normal: tuple[np.ndarray, np.ndarray], G: np.ndarray, stored: np.ndarray,
-    law: tuple[float, float], room: SampleSlipRoom,
+    samples: SampleView, s: int, normal: tuple[np.ndarray, np.ndarray], gradients: tuple[np.ndarray, np.ndarray],
+    stored: np.ndarray, law: tuple[float, float], room: SampleSlipRoom,
 ) -> np.ndarray:  # fmt: skip
-    """Derivatives of the force on a material point by its unknowns, the point's curvature left out, shape [12, 12].
+    """Derivatives of the friction force by the unknowns, its arm held, shape [12, 12].
 
     Args:
         samples: of all rods.
         s: which one.
         normal: of the obstacle, and its derivative.
-        G: gradient of the material point, shape [3, 12].
+        gradients: of the material point and of the point on which the force acts, shape [3, 12] each.
         stored: slip of the last accepted step, shape [2].
         law: stick distance, and the limit's slope with the gap.
         room: of the slip.
     """
     n, turn = normal
+    slips, G = gradients
     stick, limit_slope = law
     block = np.empty((12, 12))
     dz, dn, dalong, de, dT = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
@@ -124,7 +130,7 @@ def _sample_tangent(
         node, part = c // 4, c % 4
         dgap = 0.0
         for i in range(3):
-            dz[i] = G[i, c]
+            dz[i] = slips[i, c]
             dn[i] = dalong[i] = 0.0
         if part < 3:
             weight = samples.weights[s, node]
@@ -137,6 +143,31 @@ def _sample_tangent(
         for a in range(12):
             block[a, c] = G[0, a] * dT[0] + G[1, a] * dT[1] + G[2, a] * dT[2]
     return block
+
+
+@kernel
+def _add_arm(
+    frames: FrameView, samples: SampleView, s: int, foot: tuple[np.ndarray, np.ndarray, float], force: np.ndarray,
+    room: MaterialRoom, block: np.ndarray,
+) -> None:  # fmt: skip
+    """Add what the arm of the friction force does to its tangent; `foot` is normal, its derivative and distance."""
+    n, turn, distance = foot
+    base, between, arm = samples.nodes[s, 0], samples.between[s], np.empty(3)
+    H, K = np.empty((12, 12)), np.empty((12, 3))
+    for i in range(3):
+        arm[i] = -distance * n[i]
+    arm_curvature(base, between, frames, arm, force, room, H)
+    arm_swing(base, between, frames, force, room, K)
+    block += H
+    for c in range(12):
+        part = c % 4
+        if part == 3:
+            continue
+        weight = samples.weights[s, c // 4]
+        for i in range(3):
+            arm[i] = -weight * (n[part] * n[i] + distance * turn[i, part])
+        for a in range(12):
+            block[a, c] += K[a, 0] * arm[0] + K[a, 1] * arm[1] + K[a, 2] * arm[2]
 
 
 @kernel

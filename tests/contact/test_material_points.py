@@ -5,6 +5,7 @@ import pytest
 from derivatives import rotation
 
 from knotfem.contact import material_points as material
+from knotfem.contact.arms import arm_curvature, arm_gradient, arm_swing
 from knotfem.contact.basis import axial_basis
 from knotfem.contact.curve import between_middles
 from knotfem.mesh.rod_layout import make_layout
@@ -31,28 +32,53 @@ def bent():
 def point(frames, x, u, angle, radial, axial):
     w, room, view = np.empty((3, 3)), material.material_room(), frames.material_view
     first = axial_basis(u, NODES, w)
-    between, at = between_middles(u, first), np.array([angle, radial, axial])
+    between = between_middles(u, first)
     material.material_frame(x, first, between, view, angle, room)
-    S, G = np.empty(3), np.empty((3, 12))
+    S, G, arm = np.empty(3), np.empty((3, 12)), np.empty(3)
     material.material_point(x, first, w[0], radial, axial, room, S)
-    material.material_gradient(first, between, w[0], view, at, room, G)
+    material.material_arm(radial, axial, room, arm)
+    arm_gradient(first, between, w[0], view, arm, room, G)
     return S, G, first, between, room
 
 
+def force_on_arm(frames, x, u, arm, force):
+    w, room, view, G = np.empty((3, 3)), material.material_room(), frames.material_view, np.empty((3, 12))
+    first = axial_basis(u, NODES, w)
+    material.material_frame(x, first, between_middles(u, first), view, 0.0, room)
+    arm_gradient(first, between_middles(u, first), w[0], view, arm, room, G)
+    return force @ G, first, room
+
+
 @pytest.mark.parametrize("u", PLACES)
-def test_gradient_and_second_derivatives(bent, u):
+def test_gradient_is_the_motion_of_the_point(bent, u):
     frames, x = bent
-    tau, args, step = np.array([0.3, -1.1, 0.7]), (u, 0.7, 2.5, 0.6), 1e-6
-    _, G, first, between, room = point(frames, x, *args)
-    H = np.empty((12, 12))
-    material.material_curvature(first, between, frames.material_view, np.array(args[1:]), room, tau, H)
+    args, step = (u, 0.7, 2.5, 0.6), 1e-6
+    _, G, first, _, _ = point(frames, x, *args)
     for k in range(12):
         ahead, behind = x.copy(), x.copy()
         ahead[first + k // 4, k % 4] += step
         behind[first + k // 4, k % 4] -= step
         a, b = point(frames, ahead, *args), point(frames, behind, *args)
         np.testing.assert_allclose(G[:, k], (a[0] - b[0]) / (2 * step), atol=1e-8)
-        np.testing.assert_allclose(H[:, k], tau @ (a[1] - b[1]) / (2 * step), atol=1e-7)
+
+
+@pytest.mark.parametrize("u", PLACES)
+def test_derivatives_of_a_force_on_an_arm(bent, u):
+    frames, x = bent
+    force, arm, step = np.array([0.3, -1.1, 0.7]), np.array([0.4, 2.1, -1.3]), 1e-6
+    _, first, room = force_on_arm(frames, x, u, arm, force)
+    H, K, between = np.empty((12, 12)), np.empty((12, 3)), between_middles(u, first)
+    arm_curvature(first, between, frames.material_view, arm, force, room, H)
+    arm_swing(first, between, frames.material_view, force, room, K)
+    for k in range(12):
+        move = np.zeros_like(x)
+        move[first + k // 4, k % 4] = step
+        a, b = (force_on_arm(frames, x + sign * move, u, arm, force)[0] for sign in (1, -1))
+        np.testing.assert_allclose(H[:, k], (a - b) / (2 * step), atol=1e-7)
+    for k in range(3):
+        move = step * np.eye(3)[k]
+        a, b = (force_on_arm(frames, x, u, arm + sign * move, force)[0] for sign in (1, -1))
+        np.testing.assert_allclose(K[:, k], (a - b) / (2 * step), atol=1e-7)
 
 
 @pytest.mark.parametrize("u", [0.5, 1.5, 2.5, 3.5, 4.5])
