@@ -137,3 +137,20 @@ def test_a_jump_without_an_equilibrium_before_it_tells_the_force_after_it():
     jump = Jump("pull", 1.0, 60.0, 0.0, math.nan, 0.27, "rod", 1.0, 191.0, 17.8, 238)
     assert ", force 0.27 N, " in str(jump)
     assert ", force 0.5 to 0.27 N, " in str(replace(jump, force_before=0.5))
+
+
+def test_sliding_over_a_cylinder_is_smooth_and_independent_of_the_steps():
+    """A rod that may roll: friction with an arm that turns with it made its tail swing to and fro at every step."""
+    coarse = {
+        "model": "rod",
+        "output.fields": False,
+        "rods.0.mesh.element_length": "5 mm",
+        "contact.sample_spacing_over_diameter": 0.25,
+        "steps.pull.displacement": "3 mm",
+    }
+    long, short = (kf.pull("capstan", {**coarse, "solver.move_over_diameter": move}) for move in (0.5, 0.05))
+    for run in (long, short):
+        pulled = run.table("force")
+        sliding = pulled["force_N"][(pulled["step"] == "pull") & (pulled["step_displacement_mm"] > 1.5)]
+        assert np.ptp(sliding) < 0.02 * sliding[-1]
+    assert short.force.force[-1] == pytest.approx(long.force.force[-1], rel=2e-3)
