@@ -23,7 +23,7 @@ CHOICES = {
     "contact.sample_spacing_over_diameter": (0.125, 0.0625),
     "solver.move_over_diameter": (0.5, 0.1),
     "solver.force_tolerance": ("1e-4 N", "1e-5 N", "1e-6 N"),
-    "quasi_static.tolerance": (0.002, 0.0002, 0.00002),
+    "quasi_static.tolerance": (0.001, 0.0001, 0.00001),
     "quasi_static.settling_slip_over_diameter": (0.1, 0.02, 0.004),
     "slices": (3.0, 2.0, 1.5, 1.0),
 }

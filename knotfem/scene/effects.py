@@ -116,7 +116,7 @@ class QuasiStatic(Table):
             the path there, which smaller steps follow closer; motion without slip leaves no trace.
     """
 
-    tolerance: Annotated[Number, Field(gt=0.0, le=0.1)] = 0.0002
+    tolerance: Annotated[Number, Field(gt=0.0, le=0.1)] = 0.0001
     settling_move_over_diameter: Annotated[Number, Field(gt=0.0, le=2.0)] = 0.5
     settling_slip_over_diameter: Annotated[Number, Field(gt=0.0, le=2.0)] = 0.02
 
