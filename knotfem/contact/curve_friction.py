@@ -16,121 +16,25 @@ contact may move along the rods and roll without end, while slip that is not cut
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from knotfem.compiled import kernel
 from knotfem.contact import material_points as material
-from knotfem.contact.arms import arm_curvature, arm_gradient, arm_swing
-from knotfem.contact.basis import axial_basis
+from knotfem.contact.arms import arm_gradient
 from knotfem.contact.curve import CurveView, between_middles
-from knotfem.contact.curve_pairs import (
-    PAD,
-    CurvePairRoom,
-    curve_pair_geometry,
-    curve_pair_room,
-    normal_rate,
-    stencil_nodes,
-)
+from knotfem.contact.curve_friction_tangent import add_arms, pair_tangent
+from knotfem.contact.curve_pairs import PAD, curve_pair_geometry, curve_pair_room, stencil_nodes
+from knotfem.contact.curve_slip import pair_slip, pair_slip_room, touching_arms
 from knotfem.contact.law import penalty
 from knotfem.contact.material_frames import Frames, FrameView
-from knotfem.contact.material_points import MaterialRoom, material_room
+from knotfem.contact.material_points import material_room
 from knotfem.contact.mobilisation import mobilisation_energy, mobilised, slip_stiffness
 from knotfem.contact.pairs import PairContact
 from knotfem.contact.samples import SampleView
-from knotfem.contact.slip import (
-    SlipRoom,
-    SlipView,
-    contact_basis,
-    cut_slip,
-    slip_rate,
-    slip_room,
-    traction_of,
-    traction_rate,
-    trial_slip,
-)
+from knotfem.contact.slip import SlipView, cut_slip, traction_of
 from knotfem.contact.surface import PairView
-from knotfem.geometry.rotation import dot
 from knotfem.sparse.scatter import MatrixView, add_blocks
-
-
-class PairSlipRoom(NamedTuple):
-    """Work space for the slip of one pair.
-
-    Attributes:
-        pair: of its closest point.
-        own, other: of the two material points.
-        w: weights of the primary rod's material point, shape [3, 3].
-        slip: of the slip.
-        points: the two material points, shape [2, 3].
-        rates: of z, n and the secondary rod's derivative, shape [3, 3].
-        de, dt: of slip and traction, shape [3] each.
-        by: derivatives of the traction by these three, shape [3, 3, 3].
-        by_limit: by the gap, shape [3].
-        D: by all unknowns, shape [3, 36].
-        block: of the forces on the two rods, shape [24, 36].
-        H: of the forces on one rod by its own unknowns, shape [12, 12].
-        K: of the forces on both rods by their arms, shape [2, 12, 3].
-        arms: of the force on the two rods, shape [2, 3].
-        slips, forces: gradients of the material points and of the points on which the force acts, shape [2, 3, 12].
-    """
-
-    pair: CurvePairRoom
-    own: MaterialRoom
-    other: MaterialRoom
-    w: np.ndarray
-    slip: SlipRoom
-    points: np.ndarray
-    rates: np.ndarray
-    de: np.ndarray
-    dt: np.ndarray
-    by: np.ndarray
-    by_limit: np.ndarray
-    D: np.ndarray
-    block: np.ndarray
-    H: np.ndarray
-    K: np.ndarray
-    arms: np.ndarray
-    slips: np.ndarray
-    forces: np.ndarray
-
-
-@kernel
-def _pair_slip_room() -> PairSlipRoom:
-    return PairSlipRoom(
-        curve_pair_room(), material_room(), material_room(), np.empty((3, 3)), slip_room(), np.empty((2, 3)),
-        np.empty((3, 3)), np.empty(3), np.empty(3), np.empty((3, 3, 3)), np.empty(3), np.empty((3, 36)),
-        np.empty((24, 36)), np.empty((12, 12)), np.empty((2, 12, 3)), np.empty((2, 3)), np.empty((2, 3, 12)),
-        np.empty((2, 3, 12)),
-    )  # fmt: skip
-
-
-@kernel
-def _pair_slip(
-    x: np.ndarray, frames: FrameView, curves: CurveView, samples: SampleView, points: np.ndarray,
-    pair: tuple[PairView, int], friction: SlipView, room: PairSlipRoom,
-) -> tuple[float, float, int]:  # fmt: skip
-    """Trial slip of one pair into `room`; returns |q|, h of `curve_pair_geometry` and the anchor's first node."""
-    pairs, k = pair
-    s: int = pairs.sample[k]
-    rod: int = pairs.rod[k]
-    first: int = curves.first[rod]
-    count: int = curves.first[rod + 1] - first
-    size, h, _ = curve_pair_geometry(x, curves, samples, points[s], s, rod, pairs.at[k, 0], room.pair)
-    base: int = samples.nodes[s, 0]
-    own, anchor = friction.own[k], friction.anchor[k]
-    material.material_frame(x, base, samples.between[s], frames, own[0], room.own)
-    material.material_point(x, base, samples.weights[s], own[1], own[2], room.own, room.points[0])
-    local = axial_basis(friction.u[k], count, room.w)
-    ahead = first + local
-    material.material_frame(x, ahead, between_middles(friction.u[k], local), frames, anchor[0], room.other)
-    material.material_point(x, ahead, room.w[0], anchor[1], anchor[2], room.other, room.points[1])
-    for i in range(3):
-        room.slip.z[i] = room.points[0, i] - room.points[1, i]
-    contact_basis(x, base, samples.rates[s, 0], room.pair.n, room.slip)
-    trial_slip(room.pair.n, friction.stored[k], room.slip)
-    return size, h, ahead
 
 
 @kernel
@@ -140,7 +44,7 @@ def _assemble(
 ) -> bool:  # fmt: skip
     """Residual and tangent of the friction of all pairs. False where a block lies outside the pattern."""
     points, pairs = contact
-    room = _pair_slip_room()
+    room = pair_slip_room()
     T, arm = np.empty(3), np.empty(3)
     GP, GA = room.forces[0], room.forces[1]
     rows, columns = np.empty(6, np.int64), np.empty(9, np.int64)
@@ -153,7 +57,7 @@ def _assemble(
         carried = samples.measure[s] * pairs.weight[k]
         if carried * pressure == 0.0 or friction.mu[k] == 0.0:
             continue
-        size, h, ahead = _pair_slip(x, frames, curves, samples, points, (pairs, k), friction, room)
+        size, h, ahead = pair_slip(x, frames, curves, samples, points, (pairs, k), friction, room)
         friction.slip[k] = room.slip.size[0]
         own, anchor = friction.own[k], friction.anchor[k]
         base: int = samples.nodes[s, 0]
@@ -162,7 +66,7 @@ def _assemble(
         rod: int = pairs.rod[k]
         between, lies = samples.between[s], between_middles(friction.u[k], ahead - curves.first[rod])
         part = samples.offset[s] / (samples.offset[s] + curves.radius[rod])
-        _arms(x, points[s], ahead, part, room)
+        touching_arms(x, points[s], ahead, part, room)
         arm_gradient(base, between, samples.weights[s], frames, room.arms[0], room.own, GP)
         arm_gradient(ahead, lies, room.w[0], frames, room.arms[1], room.other, GA)
         for i in range(3):
@@ -181,125 +85,11 @@ def _assemble(
         arm_gradient(base, between, samples.weights[s], frames, arm, room.own, room.slips[0])
         material.material_arm(anchor[1], anchor[2], room.other, arm)
         arm_gradient(ahead, lies, room.w[0], frames, arm, room.other, room.slips[1])
-        _pair_tangent(room, samples.rates[s, 0], friction.stored[k], (size, h), law)
-        _add_arms(frames, (base, between, ahead, lies), (size, h, part), room, T)
+        pair_tangent(room, samples.rates[s, 0], friction.stored[k], (size, h), law)
+        add_arms(frames, (base, between, ahead, lies), (size, h, part), room, T)
         if not add_blocks(matrix, rows, columns, room.block):
             return False
     return True
-
-
-@kernel
-def _pair_tangent(
-    room: PairSlipRoom, rates: np.ndarray, stored: np.ndarray, geometry: tuple[float, float], law: tuple[float, float]
-) -> None:
-    """Derivatives of the forces on both rods by all unknowns into `block`, the arms held.
-
-    The traction depends on them through the difference z of the two points, the normal n, the secondary rod's
-    derivative and the limit; its derivatives by these are found once and applied to those of each unknown.
-
-    Args:
-        room: of the pair.
-        rates: weights of the secondary rod's derivative, shape [3].
-        stored: slip of the last accepted step, shape [2].
-        geometry: |q| and h.
-        law: stick distance, and the limit's slope with the gap.
-    """
-    SP, SA, GP, GA = room.slips[0], room.slips[1], room.forces[0], room.forces[1]
-    size, h = geometry
-    pair, n, D, block = room.pair, room.pair.n, room.D, room.block
-    by_z, by_n, by_along, by_limit = room.by[0], room.by[1], room.by[2], room.by_limit
-    _traction_rates(room, stored, law)
-    for c in range(12):
-        node, part = c // 4, c % 4
-        for i in range(3):
-            D[i, c] = by_z[i, 0] * SP[0, c] + by_z[i, 1] * SP[1, c] + by_z[i, 2] * SP[2, c]
-            D[i, 12 + c] = 0.0
-            D[i, 24 + c] = -(by_z[i, 0] * SA[0, c] + by_z[i, 1] * SA[1, c] + by_z[i, 2] * SA[2, c])
-            if part < 3:
-                D[i, c] += by_along[i, part] * rates[node]
-    for node in range(6):
-        normal_rate(pair, node, size, h)
-        dn, B = pair.dn, pair.B[node]
-        for part in range(3):
-            for i in range(3):
-                rate = by_n[i, 0] * dn[0, part] + by_n[i, 1] * dn[1, part] + by_n[i, 2] * dn[2, part]
-                D[i, 4 * node + part] += rate + by_limit[i] * B * n[part]
-    for a in range(12):
-        for c in range(36):
-            block[a, c] = GP[0, a] * D[0, c] + GP[1, a] * D[1, c] + GP[2, a] * D[2, c]
-            block[12 + a, c] = -(GA[0, a] * D[0, c] + GA[1, a] * D[1, c] + GA[2, a] * D[2, c])
-
-
-@kernel
-def _traction_rates(room: PairSlipRoom, stored: np.ndarray, law: tuple[float, float]) -> None:
-    """Derivatives of the traction by z, n and the secondary rod's derivative into `by`, by the gap into `by_limit`."""
-    stick, limit_slope = law
-    rates, de, dt, by = room.rates, room.de, room.dt, room.by
-    for kind in range(3):
-        for j in range(3):
-            rates[:] = 0.0
-            rates[kind, j] = 1.0
-            slip_rate(room.pair.n, stored, room.slip, (rates[0], rates[1], rates[2]), de)
-            traction_rate(room.slip, stick, de, 0.0, dt)
-            for i in range(3):
-                by[kind, i, j] = dt[i]
-    de[:] = 0.0
-    traction_rate(room.slip, stick, de, limit_slope, room.by_limit)
-
-
-@kernel
-def _arms(x: np.ndarray, point: np.ndarray, ahead: int, part: float, room: PairSlipRoom) -> None:
-    """Vectors from both curves to where the rods touch now, at a part of the distance of their axes."""
-    q, w = room.pair.point.q, room.w
-    for i in range(3):
-        room.arms[0, i] = -part * q[i]
-        there = w[0, 0] * x[ahead, i] + w[0, 1] * x[ahead + 1, i] + w[0, 2] * x[ahead + 2, i]
-        room.arms[1, i] = point[i] - part * q[i] - there
-
-
-@kernel
-def _add_arms(
-    frames: FrameView, where: tuple[int, float, int, float], geometry: tuple[float, float, float], room: PairSlipRoom,
-    T: np.ndarray,
-) -> None:  # fmt: skip
-    """Add what the arms of the forces T and -T do to their tangent.
-
-    Args:
-        frames: of the rods.
-        where: first node and place between two edges of both rods.
-        geometry: |q|, h and the part of the distance at which the rods touch.
-        room: of the pair.
-        T: friction force.
-    """
-    base, between, ahead, lies = where
-    size, h, part = geometry
-    pair, H, block, own, other = room.pair, room.H, room.block, room.de, room.dt
-    n, slope, by_own, by_other = pair.n, pair.point.C[1], room.K[0], room.K[1]
-    arm_swing(base, between, frames, T, room.own, by_own)
-    arm_swing(ahead, lies, frames, T, room.other, by_other)
-    arm_curvature(base, between, frames, room.arms[0], T, room.own, H)
-    for a in range(12):
-        for c in range(12):
-            block[a, c] += H[a, c]
-    arm_curvature(ahead, lies, frames, room.arms[1], T, room.other, H)
-    for a in range(12):
-        for c in range(12):
-            block[12 + a, 24 + c] -= H[a, c]
-    for c in range(6):
-        B, Bd = pair.B[c], pair.Bd[c]
-        for j in range(3):
-            du = (B * slope[j] - Bd * size * n[j]) / h
-            for i in range(3):
-                direct = B if i == j else 0.0
-                own[i] = -part * (direct - slope[i] * du)
-                other[i] = own[i] + (direct if c < 3 else 0.0)
-            for a in range(12):
-                block[a, 4 * c + j] += dot(by_own[a], own)
-                block[12 + a, 4 * c + j] -= dot(by_other[a], other)
-    for c in range(3):
-        for j in range(3):
-            for a in range(12):
-                block[12 + a, 24 + 4 * c + j] += by_other[a, j] * room.w[0, c]
 
 
 @kernel
@@ -309,13 +99,13 @@ def _potential(
 ) -> float:  # fmt: skip
     """Friction potential with the normal forces last assembled."""
     points, pairs = contact
-    room = _pair_slip_room()
+    room = pair_slip_room()
     total = 0.0
     for k in range(pairs.sample.size):
         limit = friction.mu[k] * pairs.force[k]
         if limit == 0.0:
             continue
-        _pair_slip(x, frames, curves, samples, points, (pairs, k), friction, room)
+        pair_slip(x, frames, curves, samples, points, (pairs, k), friction, room)
         total += limit * friction.stick * mobilisation_energy(room.slip.size[0] / friction.stick)
     return total
 
@@ -355,12 +145,12 @@ def _commit(
 ) -> None:  # fmt: skip
     """Cut the slip of sliding pairs, and forget that of pairs without friction."""
     points, pairs = contact
-    room = _pair_slip_room()
+    room = pair_slip_room()
     for k in range(pairs.sample.size):
         if friction.mu[k] * pairs.force[k] == 0.0:
             friction.stored[k, 0] = friction.stored[k, 1] = 0.0
             continue
-        _pair_slip(x, frames, curves, samples, points, (pairs, k), friction, room)
+        pair_slip(x, frames, curves, samples, points, (pairs, k), friction, room)
         cut_slip(room.slip, friction.stick, friction.stored[k])
 
 
