@@ -76,7 +76,7 @@ def test_a_pull_in_real_time_says_where_it_was_not_quasi_static():
     fast = ["steps.pull.rate=real", "steps.pull.displacement=3 mm", "steps.pull.speed=100 mm/s", "drag.rate=20 1/s"]
     run = kf.pull("overhand", [*COARSE, *fast], progress=False)
     (note,) = run.notes
-    assert note.startswith("pull was not quasi-static: drag and inertia carried more than 0.02% of the force over ")
+    assert note.startswith("pull was not quasi-static: drag and inertia carried more than 0.01% of the force over ")
     assert run.force.unbalanced
     assert kf.pull("overhand", [*COARSE, "steps.pull.displacement=3 mm"], progress=False).notes == []
 
