@@ -34,7 +34,7 @@ from knotfem.geometry.rotation import dot
 from knotfem.mesh.rod_layout import RodLayout
 from knotfem.sparse.scatter import add_blocks
 
-LIMITS = SearchLimits(gap=0.6, stale=0.15)
+LIMITS = SearchLimits(gap=0.6, stale=0.15, coupled=0.6)
 PAD = 1
 """Nodes by which the stencils of primary rods are padded in the sparsity, so that contact slides without a new
 analysis."""

@@ -73,6 +73,7 @@ class PairContact(Term):
         smallest, limits = float(surface.stations.radius.min()), surface.limits
         self.reach, self._stale = limits.gap * smallest, limits.stale * smallest
         self._closing = limits.closing * smallest
+        self._coupled = min(law.onset + limits.coupled * smallest, self.reach)
         self.points = np.zeros((samples.count, 3))
         self.generation = 0
         self._x = np.zeros((0, surface.width))
@@ -85,7 +86,7 @@ class PairContact(Term):
     @property
     def near(self) -> np.ndarray:
         """Pairs so near that they may touch within a few steps, shape [n]."""
-        return np.flatnonzero(self.pairs.gap < self.reach)
+        return np.flatnonzero(self.pairs.gap < self._coupled)
 
     def couplings(self, nodes: int) -> np.ndarray | None:
         stencils = self.surface.stencils(self.samples, self.pairs, self.near)

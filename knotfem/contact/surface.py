@@ -65,6 +65,8 @@ class SearchLimits:
     Attributes:
         gap: pairs with a smaller gap are kept.
         stale: the search is repeated when a node has moved so far.
+        coupled: pairs are in the sparsity from so far before they touch. A pair that closes further in one step costs
+            an analysis, one that never touches makes each factorisation dearer.
         closing: a predicted move may close no pair by more; one that drives strands into each other costs more Newton
             iterations than it saves.
         neighbour: strands of one rod closer along the arc are not looked at.
@@ -72,6 +74,7 @@ class SearchLimits:
 
     gap: float
     stale: float
+    coupled: float
     closing: float = 1.0 / 6.0
     neighbour: float = 3.2
 
