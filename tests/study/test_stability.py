@@ -30,7 +30,8 @@ def judged(job: Job) -> Outcome:
     scene = job.run.scene
     name = job.name.split("_")
     threshold = float(critical_friction(float(name[1].removeprefix("x="))))
-    summary: dict[str, Any] = {"knot_before": "8_20", "verdict_evidence": {"at_rest": True}}
+    knot = "8_20 (by 11 of 12 closures; 6_3 by 1)"
+    summary: dict[str, Any] = {"knot_before": knot, "verdict_evidence": {"at_rest": True}}
     if scene.contact.friction < threshold or name[2] == "lowered":
         at = min(scene.contact.friction, threshold)
         evidence = {"at_rest": False, "lost": {"what": "gone", "friction": at}, "onset": {"friction": at + 0.004}}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -26,6 +26,11 @@ from knotfem.study.sweep.table import StudyTable
 BOWLINE = "8_20"
 """Knot of a bowline whose ends are continued to infinity."""
 MODELS = ("fem", "rod")
+
+
+def is_bowline(knots: Iterable[str]) -> bool:
+    """Whether all points with a knot are bowlines by most closures, such as "8_20 (by 11 of 12 closures; 6_3 by 1)"."""
+    return {knot.partition(" ")[0] for knot in knots if knot} == {BOWLINE}
 
 
 def stability(
@@ -150,8 +155,7 @@ class StabilityStudy:
         asked = Asked(self.grid.scene.name, KEYS, COLLECT, self.text)
         follow = None if self.width is None else self.follow
         table = Points(asked, self.folder, self.planned, place, progress, follow).run()
-        knots = {knot for knot in table["knot"].tolist() if knot}
-        bowline = len(self.grid.scene.rods) == 1 and knots == {BOWLINE}
+        bowline = len(self.grid.scene.rods) == 1 and is_bowline(table["knot"].tolist())
         diagram = StabilityDiagram(table, boundary_of(table), bowline)
         diagram.write()
         return diagram
