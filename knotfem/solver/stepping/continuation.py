@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knotfem.solver.state import State
-from knotfem.solver.stepping.pace import Pace, Trial
+from knotfem.solver.stepping.pace import Pace, StepTimes, Trial
 
 ROUGH = 0.25
 """Change of velocity from one step to the next, over the velocity, of which a half is extrapolated: of less nearly all,
@@ -46,9 +46,9 @@ class Continuation:
         return cls(state, np.zeros_like(state.x))
 
     @property
-    def span(self) -> float:
-        """Time by which its last move goes [s]: that of loads, or of rates where they stood still."""
-        return self.advance if self.advance > 0.0 else self.dt
+    def times(self) -> StepTimes:
+        """Of the last move."""
+        return StepTimes(self.advance, self.dt)
 
     def predicted(self, trial: Trial) -> np.ndarray | None:
         """Move of a step to be tried [mm], shape [nodes, width], or None where nothing is known of it.
@@ -56,13 +56,13 @@ class Continuation:
         Loads that advance carry the rods along, drag where they stand. The velocity changes as it did last, as long as
         that was little; from the one kind of motion to the other nothing is known of the move to come.
         """
-        if self.dt == 0.0 or (self.advance > 0.0) != (trial.advance > 0.0):
+        if not self._alike(trial):
             return None
-        span = trial.advance if trial.advance > 0.0 else trial.dt
-        velocity = self.increment / self.span
+        before, span = self.times.span, trial.times.span
+        velocity = self.increment / before
         if self.earlier is not None and self.earlier_span > 0.0:
             change = velocity - self.earlier / self.earlier_span
-            change *= (self.span + span) / (self.earlier_span + self.span)
+            change *= (before + span) / (self.earlier_span + before)
             steady, rough = (ROUGH * np.linalg.norm(velocity)) ** 4, np.linalg.norm(change) ** 4
             velocity = velocity + change * (steady / (steady + rough) if steady > 0.0 else 0.0)
         return span * velocity
@@ -77,6 +77,9 @@ class Continuation:
             damping: to begin the next one with [N/mm].
         """
         increment = state.x - self.state.x
-        alike = self.dt > 0.0 and (self.advance > 0.0) == (trial.advance > 0.0)
-        earlier, span = (self.increment, self.span) if alike else (None, 0.0)
+        earlier, span = (self.increment, self.times.span) if self._alike(trial) else (None, 0.0)
         return Continuation(state, increment, trial.advance, trial.dt, earlier, span, pace, damping)
+
+    def _alike(self, trial: Trial) -> bool:
+        """Whether there is a last move, of the kind of a step to be tried."""
+        return self.dt > 0.0 and self.times.loads_advance == trial.times.loads_advance

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -27,6 +27,28 @@ class Pace:
     due: bool = False
 
 
+class StepTimes(NamedTuple):
+    """Times by which loads and rates go on in a step.
+
+    Attributes:
+        advance: of loads [s].
+        dt: over which rates are taken [s].
+    """
+
+    advance: float
+    dt: float
+
+    @property
+    def loads_advance(self) -> bool:
+        """Whether loads advance, or stand still."""
+        return self.advance > 0.0
+
+    @property
+    def span(self) -> float:
+        """Time by which the step goes [s]: that of loads, or of rates where they stand still."""
+        return self.advance if self.loads_advance else self.dt
+
+
 @dataclass(frozen=True)
 class Trial:
     """A step that is tried.
@@ -45,6 +67,11 @@ class Trial:
     def dt(self) -> float:
         """Time over which rates are taken [s]."""
         return self.advance if self.rates_over is None else self.rates_over
+
+    @property
+    def times(self) -> StepTimes:
+        """By which it goes on."""
+        return StepTimes(self.advance, self.dt)
 
 
 @dataclass(frozen=True)

@@ -96,7 +96,7 @@ class QuasiStatic:
 
     def too_far(self, moved: float, trial: Trial) -> bool:
         """Whether a step that moved a node by so much is to be rejected."""
-        aim = self.move if trial.advance == 0.0 else max(self.move, self.loads.move)
+        aim = max(self.move, self.loads.move) if trial.times.loads_advance else self.move
         return moved > self.loads.most_move * aim
 
     def after_failure(self, pace: Pace, trial: Trial) -> Pace | None:
