@@ -8,6 +8,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from knotfem.compiled import kernel
+from knotfem.geometry.rotation import across, unit
 
 
 class Foot(NamedTuple):
@@ -51,15 +52,10 @@ def _cylinder_distance(
 @kernel(inline="always", error_model="numpy")
 def _radial(p: np.ndarray, origin: np.ndarray, axis: np.ndarray, n: np.ndarray) -> float:
     """Distance of p from the axis; n (3) is the outward unit vector."""
-    along = 0.0
     for i in range(3):
-        along += (p[i] - origin[i]) * axis[i]
-    for i in range(3):
-        n[i] = p[i] - origin[i] - along * axis[i]
-    rho = np.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
-    for i in range(3):
-        n[i] /= rho
-    return rho
+        n[i] = p[i] - origin[i]
+    across(axis, n, n)
+    return unit(n, n)
 
 
 @kernel(error_model="numpy")

@@ -13,7 +13,7 @@ from knotfem.compiled import kernel
 from knotfem.geometry.measures import arclength, turning_angles
 from knotfem.geometry.points import as_points
 from knotfem.geometry.segments import segment_distance
-from knotfem.geometry.vectors import unit
+from knotfem.geometry.vectors import from_axis
 from knotfem.types import Array
 
 NEIGHBOUR_RADII = 3.2
@@ -114,9 +114,7 @@ def cylinder_clearance(
     Returns:
         mm.
     """
-    along = unit(axis)
-    across = as_points(points) - np.asarray(point, dtype=np.float64)
-    across = across - np.outer(across @ along, along)
+    across = from_axis(as_points(points), point, axis)
     edge = np.diff(across, axis=0)
     square = (edge * edge).sum(axis=1)
     foot = np.clip(-(across[:-1] * edge).sum(axis=1) / np.where(square > 0.0, square, 1.0), 0.0, 1.0)

@@ -49,6 +49,23 @@ def unit(v: Array, out: Array) -> float:
 
 
 @kernel(inline="always")
+def across(direction: Array, v: Array, out: Array) -> float:
+    """Part of v perpendicular to a unit vector into out, which may be v itself, shape (3,) each; returns its length."""
+    along = dot(direction, v)
+    for i in range(3):
+        out[i] = v[i] - along * direction[i]
+    return math.sqrt(dot(out, out))
+
+
+@kernel(inline="always")
+def across_rate(direction: Array, turn: Array, v: Array, dv: Array, out: Array) -> None:
+    """Derivative of that part into out, given those of direction and v, turn and dv; shape (3,) each."""
+    along, rate = dot(direction, v), dot(direction, dv) + dot(turn, v)
+    for i in range(3):
+        out[i] = dv[i] - turn[i] * along - direction[i] * rate
+
+
+@kernel(inline="always")
 def transport(a: Array, b: Array, v: Array, out: Array) -> None:
     """P(a -> b) v into out, which may be v itself; a and b of length 1, v perpendicular to a; shape (3,) each."""
     weight = dot(v, b) / (1.0 + dot(a, b))

@@ -64,6 +64,25 @@ def perpendicular(direction: Array) -> Array:
     return across / np.linalg.norm(across)
 
 
+def from_axis(points: ArrayLike, point: ArrayLike, axis: ArrayLike) -> Array:
+    """Vectors from an axis to points, perpendicular to it; their lengths are the distances from the axis.
+
+    Args:
+        points: shape (n, 3), mm.
+        point: any point of the axis, shape (3,), mm.
+        axis: its direction, shape (3,), of any length.
+
+    Returns:
+        mm, shape (n, 3).
+
+    Raises:
+        InputError: an axis of length zero.
+    """
+    along = unit(axis)
+    vectors = np.asarray(points, dtype=np.float64) - np.asarray(point, dtype=np.float64)
+    return vectors - np.outer(vectors @ along, along)
+
+
 def along_and_across(vectors: Array, directions: Array) -> tuple[Array, Array]:
     """Components of vectors along unit vectors, and sizes of what is perpendicular to these.
 

@@ -11,7 +11,7 @@ from scipy.spatial import KDTree
 
 from knotfem.errors import InputError
 from knotfem.geometry.clearance import close_strands
-from knotfem.geometry.vectors import unit
+from knotfem.geometry.vectors import from_axis
 from knotfem.models.centreline import slices_of
 from knotfem.models.solid.body import meshes_of
 from knotfem.plot.render import Camera, Cylinder, Look, render_mesh, show_mesh, zoomed
@@ -106,10 +106,10 @@ def _knot(fields: StateFields, scene: Scene, look: Look) -> np.ndarray:
             knot[number] |= KDTree(other).query(line)[0] < NEAR * rod.diameter
     knotted = any(near.any() for near in knot)
     for obstacle in scene.obstacles:
-        axis, touching = unit(obstacle.axis), []
+        touching = []
         for rod, line in zip(scene.rods, lines, strict=True):
-            across = line - np.asarray(obstacle.point)
-            gap = np.linalg.norm(across - np.outer(across @ axis, axis), axis=1) - 0.5 * obstacle.diameter
+            distance = np.linalg.norm(from_axis(line, obstacle.point, obstacle.axis), axis=1)
+            gap = distance - 0.5 * obstacle.diameter
             touching.append(gap < NEAR * rod.diameter)
         if not knotted or any((near & close).any() for near, close in zip(knot, touching, strict=True)):
             knot = [near | close for near, close in zip(knot, touching, strict=True)]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotfem.geometry.points import as_points
-from knotfem.geometry.vectors import unit
+from knotfem.geometry.vectors import from_axis, unit
 from knotfem.topology.closure import FAR, close
 from knotfem.topology.jones import Laurent, jones
 from knotfem.topology.knot_type import simplest_diagram
@@ -57,10 +57,8 @@ def winding_range(points: ArrayLike, point: ArrayLike, axis: ArrayLike) -> float
 
 def _turns_of_edges(points: ArrayLike, point: ArrayLike, axis: ArrayLike) -> Array:
     """Angle by which each edge turns about an axis, right-handed [rad], shape (n - 1,)."""
-    along = unit(axis)
-    across = as_points(points) - np.asarray(point, dtype=np.float64)
-    across = across - np.outer(across @ along, along)
-    sine = np.cross(across[:-1], across[1:]) @ along
+    across = from_axis(as_points(points), point, axis)
+    sine = np.cross(across[:-1], across[1:]) @ unit(axis)
     return np.asarray(np.arctan2(sine, (across[:-1] * across[1:]).sum(axis=1)), dtype=np.float64)
 
 
