@@ -67,24 +67,31 @@ def curve_point(x: np.ndarray, base: int, w: np.ndarray, C: np.ndarray) -> None:
             C[d, i] = w[d, 0] * x[base, i] + w[d, 1] * x[base + 1, i] + w[d, 2] * x[base + 2, i]
 
 
+@kernel(inline="always")
+def _point_seen(x: np.ndarray, first_node: int, count: int, p: np.ndarray, u: float, room: CurveRoom) -> int:
+    """The point at u with its derivatives and q = p - C into `room`; returns the first node of its stencil."""
+    base = first_node + axial_basis(u, count, room.w)
+    curve_point(x, base, room.w, room.C)
+    for i in range(3):
+        room.q[i] = p[i] - room.C[0, i]
+    return base
+
+
 @kernel
 def project(
-    x: np.ndarray, first_node: int, count: int, p: np.ndarray, u: float, room: CurveRoom
+    x: np.ndarray, curves: CurveView, rod: int, p: np.ndarray, u: float, room: CurveRoom
 ) -> tuple[float, int, bool]:
     """Closest point of a rod's centreline to p by Newton from u; on return `room` belongs to it.
-
-    The rod has `count` nodes from `first_node` on.
 
     Returns:
         u, first node of the stencil, and whether a minimum was found on the rod or at most one segment beyond its ends.
     """
-    w, C, q = room.w, room.C, room.q
+    C, q = room.C, room.q
+    first_node: int = curves.first[rod]
+    count: int = curves.first[rod + 1] - first_node
     last = count - 1.0
     for attempt in range(40):
-        base = first_node + axial_basis(u, count, w)
-        curve_point(x, base, w, C)
-        for i in range(3):
-            q[i] = p[i] - C[0, i]
+        base = _point_seen(x, first_node, count, p, u, room)
         slope, metric = dot(q, C[1]), dot(C[1], C[1])
         stiffness = metric - dot(q, C[2])
         if stiffness < 0.05 * metric:
@@ -98,10 +105,7 @@ def project(
         u += min(max(step, -limit), limit)
         if u < -1.0 or u > last + 1.0:
             return u, base, False
-    base = first_node + axial_basis(u, count, w)
-    curve_point(x, base, w, C)
-    for i in range(3):
-        q[i] = p[i] - C[0, i]
+    base = _point_seen(x, first_node, count, p, u, room)
     return u, base, abs(dot(q, C[1])) < 1e-9 * dot(C[1], C[1])
 
 

@@ -26,13 +26,13 @@ from knotfem.contact.curve import CurveView, between_middles
 from knotfem.contact.curve_friction_tangent import add_arms, pair_tangent
 from knotfem.contact.curve_pairs import PAD, curve_pair_geometry, curve_pair_room, stencil_nodes
 from knotfem.contact.curve_slip import pair_slip, pair_slip_room, touching_arms
-from knotfem.contact.law import penalty
 from knotfem.contact.material_frames import Frames, FrameView
 from knotfem.contact.material_points import material_room
-from knotfem.contact.mobilisation import mobilisation_energy, mobilised, slip_stiffness
+from knotfem.contact.mobilisation import friction_limit, mobilisation_energy, mobilised, slip_stiffness
 from knotfem.contact.pairs import PairContact
 from knotfem.contact.samples import SampleView
 from knotfem.contact.slip import SlipView, cut_slip, traction_of
+from knotfem.contact.spread import spread_on_arm
 from knotfem.contact.surface import PairView
 from knotfem.sparse.scatter import MatrixView, add_blocks
 
@@ -53,15 +53,15 @@ def _assemble(
         friction.slip[k] = 0.0
         for i in range(3):
             friction.traction[k, i] = 0.0
-        _, pressure, slope = penalty(pairs.gap[k], pairs.law)
-        carried = samples.measure[s] * pairs.weight[k]
-        if carried * pressure == 0.0 or friction.mu[k] == 0.0:
+        limit, slope = friction_limit(
+            pairs.gap[k], pairs.law, friction.mu[k], samples.measure[s] * pairs.weight[k]
+        )  # fmt: skip
+        if limit == 0.0:
             continue
         size, h, ahead = pair_slip(x, frames, curves, samples, points, (pairs, k), friction, room)
         friction.slip[k] = room.slip.size[0]
         own, anchor = friction.own[k], friction.anchor[k]
         base: int = samples.nodes[s, 0]
-        limit = friction.mu[k] * carried * pressure
         traction_of(room.slip, limit, friction.stick, T)
         rod: int = pairs.rod[k]
         between, lies = samples.between[s], between_middles(friction.u[k], ahead - curves.first[rod])
@@ -74,13 +74,12 @@ def _assemble(
             rows[i] = columns[i] = base + i
             columns[3 + i] = room.pair.nodes[3 + i]
             rows[3 + i] = columns[6 + i] = ahead + i
-        for c in range(12):
-            residual[rows[c // 4], c % 4] += GP[0, c] * T[0] + GP[1, c] * T[1] + GP[2, c] * T[2]
-            residual[rows[3 + c // 4], c % 4] -= GA[0, c] * T[0] + GA[1, c] * T[1] + GA[2, c] * T[2]
+        spread_on_arm(residual, base, GP, 1.0, T)
+        spread_on_arm(residual, ahead, GA, -1.0, T)
         if not matrix.wanted:
             continue
         slip_stiffness(room.slip.e, limit, friction.stick, room.slip.M)
-        law = friction.stick, -friction.mu[k] * carried * slope
+        law = friction.stick, -slope
         material.material_arm(own[1], own[2], room.own, arm)
         arm_gradient(base, between, samples.weights[s], frames, arm, room.own, room.slips[0])
         material.material_arm(anchor[1], anchor[2], room.other, arm)

@@ -6,10 +6,11 @@ import numpy as np
 
 from knotfem.compiled import kernel
 from knotfem.contact.arms import arm_curvature, arm_swing
-from knotfem.contact.curve_pairs import normal_rate
+from knotfem.contact.curve_pairs import closest_rate, normal_rate
 from knotfem.contact.curve_slip import PairSlipRoom
 from knotfem.contact.material_frames import FrameView
 from knotfem.contact.slip import slip_rate, traction_rate
+from knotfem.contact.spread import spread_rates_on_arm
 from knotfem.geometry.rotation import dot
 
 
@@ -49,10 +50,8 @@ def pair_tangent(
             for i in range(3):
                 rate = by_n[i, 0] * dn[0, part] + by_n[i, 1] * dn[1, part] + by_n[i, 2] * dn[2, part]
                 D[i, 4 * node + part] += rate + by_limit[i] * B * n[part]
-    for a in range(12):
-        for c in range(36):
-            block[a, c] = GP[0, a] * D[0, c] + GP[1, a] * D[1, c] + GP[2, a] * D[2, c]
-            block[12 + a, c] = -(GA[0, a] * D[0, c] + GA[1, a] * D[1, c] + GA[2, a] * D[2, c])
+    spread_rates_on_arm(GP, 1.0, D, block[:12])
+    spread_rates_on_arm(GA, -1.0, D, block[12:])
 
 
 @kernel
@@ -89,7 +88,7 @@ def add_arms(
     base, between, ahead, lies = where
     size, h, part = geometry
     pair, H, block, own, other = room.pair, room.H, room.block, room.de, room.dt
-    n, slope, by_own, by_other = pair.n, pair.point.C[1], room.K[0], room.K[1]
+    slope, by_own, by_other = pair.point.C[1], room.K[0], room.K[1]
     arm_swing(base, between, frames, T, room.own, by_own)
     arm_swing(ahead, lies, frames, T, room.other, by_other)
     arm_curvature(base, between, frames, room.arms[0], T, room.own, H)
@@ -101,12 +100,12 @@ def add_arms(
         for c in range(12):
             block[12 + a, 24 + c] -= H[a, c]
     for c in range(6):
-        B, Bd = pair.B[c], pair.Bd[c]
+        B = pair.B[c]
+        closest_rate(pair, c, size, h)
         for j in range(3):
-            du = (B * slope[j] - Bd * size * n[j]) / h
             for i in range(3):
                 direct = B if i == j else 0.0
-                own[i] = -part * (direct - slope[i] * du)
+                own[i] = -part * (direct - slope[i] * pair.du[j])
                 other[i] = own[i] + (direct if c < 3 else 0.0)
             for a in range(12):
                 block[a, 4 * c + j] += dot(by_own[a], own)

@@ -15,10 +15,9 @@ import numpy as np
 from knotfem.compiled import kernel
 from knotfem.contact import material_points as material
 from knotfem.contact.arms import arm_curvature, arm_gradient, arm_swing
-from knotfem.contact.law import penalty
 from knotfem.contact.material_frames import Frames, FrameView
 from knotfem.contact.material_points import MaterialRoom, material_room
-from knotfem.contact.mobilisation import mobilisation_energy, mobilised, slip_stiffness
+from knotfem.contact.mobilisation import friction_limit, mobilisation_energy, mobilised, slip_stiffness
 from knotfem.contact.obstacle import ObstacleContact, TouchView
 from knotfem.contact.samples import SampleView
 from knotfem.contact.slip import (
@@ -32,6 +31,8 @@ from knotfem.contact.slip import (
     traction_rate,
     trial_slip,
 )
+from knotfem.contact.spread import spread_on_arm, spread_rates_on_arm
+from knotfem.geometry.rotation import dot
 from knotfem.sparse.scatter import MatrixView, add_blocks
 
 
@@ -76,13 +77,12 @@ def _assemble(
         friction.slip[s] = 0.0
         for i in range(3):
             friction.traction[s, i] = 0.0
-        _, pressure, slope = penalty(touch.gap[k], touch.law)
-        if pressure == 0.0 or friction.mu[s] == 0.0:
+        limit, slope = friction_limit(touch.gap[k], touch.law, friction.mu[s], samples.measure[s])
+        if limit == 0.0:
             continue
         _sample_slip(x, frames, samples, s, n, friction, room)
         friction.slip[s] = room.slip.size[0]
-        measure, base, between = samples.measure[s], samples.nodes[s, 0], samples.between[s]
-        limit = friction.mu[s] * measure * pressure
+        base, between = samples.nodes[s, 0], samples.between[s]
         traction_of(room.slip, limit, friction.stick, T)
         distance = touch.gap[k] + samples.offset[s]
         for i in range(3):
@@ -90,12 +90,11 @@ def _assemble(
         arm_gradient(base, between, samples.weights[s], frames, arm, room.point, G)
         for i in range(3):
             friction.traction[s, i] = -T[i]
-        for c in range(12):
-            residual[base + c // 4, c % 4] += G[0, c] * T[0] + G[1, c] * T[1] + G[2, c] * T[2]
+        spread_on_arm(residual, base, G, 1.0, T)
         if not matrix.wanted:
             continue
         slip_stiffness(room.slip.e, limit, friction.stick, room.slip.M)
-        law = friction.stick, -friction.mu[s] * measure * slope
+        law = friction.stick, -slope
         material.material_arm(friction.own[s, 1], friction.own[s, 2], room.point, arm)
         arm_gradient(base, between, samples.weights[s], frames, arm, room.point, slips)
         block = _sample_tangent(samples, s, (n, touch.turn[k]), (slips, G), friction.stored[s], law, room)
@@ -124,8 +123,8 @@ def _sample_tangent(
     n, turn = normal
     slips, G = gradients
     stick, limit_slope = law
-    block = np.empty((12, 12))
-    dz, dn, dalong, de, dT = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    rates, block = np.empty((3, 12)), np.empty((12, 12))
+    dz, dn, dalong, de = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     for c in range(12):
         node, part = c // 4, c % 4
         dgap = 0.0
@@ -139,9 +138,8 @@ def _sample_tangent(
                 dn[i] = weight * turn[i, part]
             dalong[part] = samples.rates[s, 0, node]
         slip_rate(n, stored, room.slip, (dz, dn, dalong), de)
-        traction_rate(room.slip, stick, de, limit_slope * dgap, dT)
-        for a in range(12):
-            block[a, c] = G[0, a] * dT[0] + G[1, a] * dT[1] + G[2, a] * dT[2]
+        traction_rate(room.slip, stick, de, limit_slope * dgap, rates[:, c])
+    spread_rates_on_arm(G, 1.0, rates, block)
     return block
 
 
@@ -167,7 +165,7 @@ def _add_arm(
         for i in range(3):
             arm[i] = -weight * (n[part] * n[i] + distance * turn[i, part])
         for a in range(12):
-            block[a, c] += K[a, 0] * arm[0] + K[a, 1] * arm[1] + K[a, 2] * arm[2]
+            block[a, c] += dot(K[a], arm)
 
 
 @kernel

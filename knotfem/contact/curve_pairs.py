@@ -28,9 +28,10 @@ from knotfem.contact import surface as protocol
 from knotfem.contact.basis import middle_station
 from knotfem.contact.curve import CurveRoom, CurveView, curve_room, project
 from knotfem.contact.samples import Samples, SampleView
+from knotfem.contact.spread import spread_force
 from knotfem.contact.stations import make_stations
 from knotfem.contact.surface import PairView, SearchLimits, Target
-from knotfem.geometry.rotation import dot
+from knotfem.geometry.rotation import dot, unit
 from knotfem.mesh.rod_layout import RodLayout
 from knotfem.sparse.scatter import add_blocks
 
@@ -57,7 +58,7 @@ class CurvePairRoom(NamedTuple):
         n: unit normal, shape [3].
         nodes: secondary, then primary, shape [6].
         B, Bd: shape functions of the gap and of its tangent, shape [6] each.
-        dn: derivative of the normal by the place of a node, shape [3, 3].
+        du, dn: derivatives of the closest point's u and of the normal by the place of a node, shapes [3], [3, 3].
         block: tangent of the pair, shape [24, 24].
     """
 
@@ -66,6 +67,7 @@ class CurvePairRoom(NamedTuple):
     nodes: np.ndarray
     B: np.ndarray
     Bd: np.ndarray
+    du: np.ndarray
     dn: np.ndarray
     block: np.ndarray
 
@@ -74,9 +76,19 @@ class CurvePairRoom(NamedTuple):
 def curve_pair_room() -> CurvePairRoom:
     """Work space for one pair."""
     return CurvePairRoom(
-        curve_room(), np.empty(3), np.empty(6, np.int64), np.empty(6), np.empty(6), np.empty((3, 3)),
-        np.zeros((24, 24)),
+        curve_room(), np.empty(3), np.empty(6, np.int64), np.empty(6), np.empty(6), np.empty(3),
+        np.empty((3, 3)), np.zeros((24, 24)),
     )  # fmt: skip
+
+
+@kernel(inline="always")
+def _closest(
+    x: np.ndarray, curves: CurveView, samples: SampleView, points: np.ndarray, s: int, rod: int, u: float,
+    room: CurveRoom,
+) -> tuple[float, float]:  # fmt: skip
+    """Where Newton's method from u arrives on a rod, and the gap of sample s there, infinite for no closest point."""
+    found, _, inside = project(x, curves, rod, points[s], u, room)
+    return found, np.sqrt(dot(room.q, room.q)) - curves.radius[rod] - samples.offset[s] if inside else np.inf
 
 
 @kernel
@@ -85,13 +97,10 @@ def _project_pairs(x: np.ndarray, curves: CurveView, samples: SampleView, points
     for k in range(pairs.sample.size):
         s: int = pairs.sample[k]
         rod: int = pairs.rod[k]
-        first = curves.first[rod]
-        found, _, inside = project(x, first, curves.first[rod + 1] - first, points[s], pairs.at[k, 0], room)
-        if inside:
+        found, gap = _closest(x, curves, samples, points, s, rod, pairs.at[k, 0], room)
+        pairs.gap[k] = gap
+        if gap < np.inf:
             pairs.at[k, 0] = found
-            pairs.gap[k] = np.sqrt(dot(room.q, room.q)) - curves.radius[rod] - samples.offset[s]
-        else:
-            pairs.gap[k] = np.inf
 
 
 @kernel
@@ -104,11 +113,7 @@ def _seek(
         s: int = sought[k, 0]
         rod: int = sought[k, 1]
         station: int = sought[k, 2]
-        first: int = curves.first[rod]
-        found, _, inside = project(x, first, curves.first[rod + 1] - first, points[s], float(station), room)
-        at[k, 0], gap[k] = found, np.inf
-        if inside:
-            gap[k] = np.sqrt(dot(room.q, room.q)) - curves.radius[rod] - samples.offset[s]
+        at[k, 0], gap[k] = _closest(x, curves, samples, points, s, rod, float(station), room)
 
 
 @kernel(inline="always")
@@ -127,7 +132,7 @@ def _pair_weights(
         s: int = pairs.sample[k]
         rod: int = pairs.rod[k]
         count = curves.first[rod + 1] - curves.first[rod]
-        found, _, inside = project(x, curves.first[rod], count, points[s], pairs.at[k, 0], room)
+        found, _, inside = project(x, curves, rod, points[s], pairs.at[k, 0], room)
         if not inside:
             weight[k] = 0.0
             continue
@@ -150,12 +155,10 @@ def curve_pair_geometry(
     room: CurvePairRoom,
 ) -> tuple[float, float, int]:  # fmt: skip
     """Nodes, B, B' and n of the pair of sample s and a rod into `room`; returns |q|, h and the first primary node."""
-    first = curves.first[rod]
-    _, base, _ = project(x, first, curves.first[rod + 1] - first, point, u, room.point)
+    _, base, _ = project(x, curves, rod, point, u, room.point)
     w, C, q = room.point.w, room.point.C, room.point.q
-    size = np.sqrt(dot(q, q))
+    size = unit(q, room.n)
     for i in range(3):
-        room.n[i] = q[i] / size
         room.nodes[i], room.nodes[3 + i] = samples.nodes[s, i], base + i
         room.B[i], room.B[3 + i] = samples.weights[s, i], -w[0, i]
         room.Bd[i], room.Bd[3 + i] = 0.0, -w[1, i]
@@ -163,13 +166,21 @@ def curve_pair_geometry(
 
 
 @kernel(inline="always")
-def normal_rate(room: CurvePairRoom, c: int, size: float, h: float) -> None:
-    """Derivative of the normal by the place of node c of the pair into `dn` of `room`."""
+def closest_rate(room: CurvePairRoom, c: int, size: float, h: float) -> None:
+    """Derivative of the closest point's u by the place of node c of the pair into `du` of `room`."""
     B, Bd, n, slope = room.B[c], room.Bd[c], room.n, room.point.C[1]
+    for j in range(3):
+        room.du[j] = (B * slope[j] - Bd * size * n[j]) / h
+
+
+@kernel(inline="always")
+def normal_rate(room: CurvePairRoom, c: int, size: float, h: float) -> None:
+    """Derivative of the normal by the place of node c of the pair into `dn` of `room`, that of u into `du`."""
+    closest_rate(room, c, size, h)
+    B, n, slope = room.B[c], room.n, room.point.C[1]
     for i in range(3):
         for j in range(3):
-            du = (B * slope[j] - Bd * size * n[j]) / h
-            room.dn[i, j] = (B * ((1.0 if i == j else 0.0) - n[i] * n[j]) - slope[i] * du) / size
+            room.dn[i, j] = (B * ((1.0 if i == j else 0.0) - n[i] * n[j]) - slope[i] * room.du[j]) / size
 
 
 @kernel
@@ -181,10 +192,8 @@ def curve_add_pair(
     s, force, slope = pairs.sample[k], pairs.force[k], pairs.slope[k]
     residual, matrix = target
     size, h, _ = curve_pair_geometry(x, curves, samples, points[s], s, pairs.rod[k], pairs.at[k, 0], room)
-    n, B, Bd, C, dn, block = room.n, room.B, room.Bd, room.point.C, room.dn, room.block
-    for a in range(6):
-        for i in range(3):
-            residual[room.nodes[a], i] -= force * B[a] * n[i]
+    n, B, Bd, dn, block = room.n, room.B, room.Bd, room.dn, room.block
+    spread_force(residual, room.nodes, B, -force, n)
     if not matrix.wanted:
         return True
     for c in range(6):
@@ -192,8 +201,7 @@ def curve_add_pair(
         for a in range(6):
             for i in range(3):
                 for j in range(3):
-                    du = (B[c] * C[1, j] - Bd[c] * size * n[j]) / h
-                    bent = B[a] * dn[i, j] + Bd[a] * n[i] * du
+                    bent = B[a] * dn[i, j] + Bd[a] * n[i] * room.du[j]
                     block[4 * a + i, 4 * c + j] = slope * B[a] * n[i] * B[c] * n[j] - force * bent
     return add_blocks(matrix, room.nodes, room.nodes, block)
 
@@ -223,11 +231,8 @@ def _normals(
     for n in range(chosen.size):
         k: int = chosen[n]
         rod: int = pairs.rod[k]
-        first: int = curves.first[rod]
-        project(x, first, curves.first[rod + 1] - first, points[n], pairs.at[k, 0], room)
-        size = np.sqrt(dot(room.q, room.q))
-        for i in range(3):
-            out[n, i] = room.q[i] / size
+        project(x, curves, rod, points[n], pairs.at[k, 0], room)
+        unit(room.q, out[n])
 
 
 class CurveSurface:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from knotfem.compiled import kernel
+from knotfem.contact.law import Penalty, penalty
 from knotfem.geometry.rotation import dot
 
 MOBILISED = 0.999
@@ -23,6 +24,22 @@ def mobilisation(y: float) -> tuple[float, float, float]:
     if y < 1.0:
         return 2.0 * y - y * y, 2.0 - y, 2.0 - 2.0 * y
     return 1.0, 1.0 / y, 0.0
+
+
+@kernel(inline="always")
+def friction_limit(gap: float, law: Penalty, mu: float, measure: float) -> tuple[float, float]:
+    """Largest friction mu N of a contact that stands for a measure, and its slope with the overlap; 0 without touch."""
+    _, pressure, slope = penalty(gap, law)
+    return mu * measure * pressure, mu * measure * slope
+
+
+@kernel(inline="always")
+def traction_at(e: np.ndarray, size: float, limit: float, stick: float, out: np.ndarray) -> float:
+    """Traction at the slip e (3) of a given size into out (3); returns psi/y of `mobilisation`."""
+    _, psi_y, _ = mobilisation(size / stick)
+    for i in range(3):
+        out[i] = limit * psi_y / stick * e[i]
+    return psi_y
 
 
 @kernel(inline="always")

@@ -10,6 +10,7 @@ from knotfem.compiled import kernel
 from knotfem.contact.law import Penalty, penalty
 from knotfem.contact.rigid import Cylinder, RigidSurface
 from knotfem.contact.samples import Samples, SampleView, sample_points
+from knotfem.contact.spread import spread_force
 from knotfem.contact.surface import Surface
 from knotfem.solver.term import Role, Term
 from knotfem.sparse.pattern import Matrix, stencil_keys, view_of
@@ -64,9 +65,7 @@ def _assemble(samples: SampleView, touch: TouchView, residual: np.ndarray, matri
         touch.force[s] = measure * pressure
         if pressure == 0.0:
             continue
-        for a in range(count):
-            for i in range(3):
-                residual[samples.nodes[s, a], i] -= touch.force[s] * samples.weights[s, a] * n[i]
+        spread_force(residual, samples.nodes[s], samples.weights[s], -touch.force[s], n)
         if not matrix.wanted:
             continue
         for i in range(3):

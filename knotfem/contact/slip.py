@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from knotfem.compiled import kernel
-from knotfem.contact.mobilisation import mobilisation
-from knotfem.geometry.rotation import cross, dot
+from knotfem.contact.mobilisation import traction_at
+from knotfem.geometry.rotation import across, across_rate, cross, dot, unit
 
 
 class SlipView(NamedTuple):
@@ -76,23 +76,18 @@ def contact_basis(x: np.ndarray, base: int, rates: np.ndarray, n: np.ndarray, ro
     along, g = room.along, room.g
     for i in range(3):
         along[i] = rates[0] * x[base, i] + rates[1] * x[base + 1, i] + rates[2] * x[base + 2, i]
-    part = dot(n, along)
-    for i in range(3):
-        g[0, i] = along[i] - part * n[i]
-    size = np.sqrt(dot(g[0], g[0]))
-    for i in range(3):
-        g[0, i] /= size
+    across(n, along, g[0])
+    room.width[0] = unit(g[0], g[0])
     cross(n, g[0], g[1])
-    room.width[0] = size
 
 
 @kernel(inline="always")
 def trial_slip(n: np.ndarray, stored: np.ndarray, room: SlipRoom) -> None:
     """Fill `e` and `size` from `z`, `g` and the slip of the last accepted step, shape [2]."""
     z, g, e = room.z, room.g, room.e
-    along = dot(n, z)
+    across(n, z, e)
     for i in range(3):
-        e[i] = z[i] - along * n[i] + stored[0] * g[0, i] + stored[1] * g[1, i]
+        e[i] = e[i] + stored[0] * g[0, i] + stored[1] * g[1, i]
     room.size[0] = np.sqrt(dot(e, e))
 
 
@@ -103,27 +98,21 @@ def slip_rate(
     """Derivative of the trial slip along those of z, n and `along` into de."""
     dz, dn, dalong = rates
     z, along, g, work = room.z, room.along, room.g, room.work
-    nz, na = dot(n, z), dot(n, along)
-    turn = dot(n, dz) + dot(dn, z)
-    lean = dot(n, dalong) + dot(dn, along)
-    for i in range(3):
-        work[0, i] = dalong[i] - dn[i] * na - n[i] * lean
+    across_rate(n, dn, along, dalong, work[0])
     stretch = dot(g[0], work[0])
     for i in range(3):
         work[0, i] = (work[0, i] - stretch * g[0, i]) / room.width[0]
     cross(dn, g[0], work[1])
     cross(n, work[0], work[2])
+    across_rate(n, dn, z, dz, de)
     for i in range(3):
-        de[i] = dz[i] - dn[i] * nz - n[i] * turn
         de[i] += stored[0] * work[0, i] + stored[1] * (work[1, i] + work[2, i])
 
 
 @kernel(inline="always")
 def traction_of(room: SlipRoom, limit: float, stick: float, out: np.ndarray) -> None:
     """Traction into out, for the limit mu N [N], and `psi`."""
-    _, room.psi[0], _ = mobilisation(room.size[0] / stick)
-    for i in range(3):
-        out[i] = limit * room.psi[0] / stick * room.e[i]
+    room.psi[0] = traction_at(room.e, room.size[0], limit, stick, out)
 
 
 @kernel(inline="always")

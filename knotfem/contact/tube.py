@@ -20,7 +20,7 @@ from knotfem.contact.basis import axial_basis, ring_basis
 from knotfem.contact.pieces import borders
 from knotfem.contact.samples import Samples, SampleView
 from knotfem.contact.stations import Stations, make_stations
-from knotfem.geometry.rotation import dot
+from knotfem.geometry.rotation import cross, dot, unit
 from knotfem.geometry.slices import Slices
 
 
@@ -120,12 +120,19 @@ def surface_point(x: np.ndarray, nodes: np.ndarray, W: np.ndarray, S: np.ndarray
 @kernel(inline="always")
 def tube_normal(S: np.ndarray, n: np.ndarray) -> None:
     """Outward unit normal S_v x S_u into n (3)."""
-    n[0] = S[2, 1] * S[1, 2] - S[2, 2] * S[1, 1]
-    n[1] = S[2, 2] * S[1, 0] - S[2, 0] * S[1, 2]
-    n[2] = S[2, 0] * S[1, 1] - S[2, 1] * S[1, 0]
-    size = np.sqrt(dot(n, n))
+    cross(S[2], S[1], n)
+    unit(n, n)
+
+
+@kernel(inline="always")
+def point_seen(
+    x: np.ndarray, tubes: TubeView, rod: int, u: float, v: float, p: np.ndarray, nodes: np.ndarray, room: TubeRoom
+) -> None:
+    """Stencil of a rod's surface at (u, v) into nodes (12) and W, the point with its derivatives, and q = p - S."""
+    stencil(tubes, rod, u, v, nodes, room.W)
+    surface_point(x, nodes, room.W, room.S)
     for i in range(3):
-        n[i] /= size
+        room.q[i] = p[i] - room.S[0, i]
 
 
 @kernel(error_model="numpy")
@@ -138,14 +145,11 @@ def project(
         u, v, and whether it converged inside the rod or at most one slice beyond its ends; where the surface folds so
         that Newton's method goes round and round, shorter steps are taken.
     """
-    W, nodes, S, q = room.W, room.nodes, room.S, room.q
+    S, q = room.S, room.q
     last = tubes.sections[rod] - 1.0
     largest = np.inf
     for attempt in range(30):
-        stencil(tubes, rod, u, v, nodes, W)
-        surface_point(x, nodes, W, S)
-        for i in range(3):
-            q[i] = p[i] - S[0, i]
+        point_seen(x, tubes, rod, u, v, p, room.nodes, room)
         g1, g2 = dot(q, S[1]), dot(q, S[2])
         a11, a12, a22 = dot(S[1], S[1]), dot(S[1], S[2]), dot(S[2], S[2])
         h11, h12, h22 = a11 - dot(q, S[3]), a12 - dot(q, S[4]), a22 - dot(q, S[5])

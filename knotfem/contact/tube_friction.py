@@ -15,14 +15,20 @@ import numpy as np
 
 from knotfem.compiled import kernel
 from knotfem.contact.anchors import AnchorView
-from knotfem.contact.law import penalty
-from knotfem.contact.mobilisation import mobilisation, mobilisation_energy, mobilised, slip_stiffness
+from knotfem.contact.mobilisation import (
+    friction_limit,
+    mobilisation_energy,
+    mobilised,
+    slip_stiffness,
+    traction_at,
+)
 from knotfem.contact.pairs import PairContact
 from knotfem.contact.samples import SampleView
+from knotfem.contact.spread import spread_force
 from knotfem.contact.surface import PairView
-from knotfem.contact.tube import TubeRoom, TubeView, stencil, surface_point, tube_normal, tube_room
+from knotfem.contact.tube import TubeRoom, TubeView, point_seen, stencil, surface_point, tube_normal, tube_room
 from knotfem.contact.tube_pairs import PAD, TubePairRoom, tube_pair_geometry, tube_pair_room
-from knotfem.geometry.rotation import dot
+from knotfem.geometry.rotation import across, dot
 from knotfem.sparse.scatter import MatrixView, add_blocks
 
 
@@ -32,14 +38,8 @@ def _slip_vector(
     e: np.ndarray,
 ) -> float:  # fmt: skip
     """Slip e (3) of a pair from its anchor, whose stencil is left in `room`; returns |e|."""
-    stencil(tubes, rod, anchor[0], anchor[1], room.nodes, room.W)
-    surface_point(x, room.nodes, room.W, room.S)
-    for i in range(3):
-        room.q[i] = point[i] - room.S[0, i]
-    along = dot(n, room.q)
-    for i in range(3):
-        e[i] = room.q[i] - along * n[i]
-    return np.sqrt(dot(e, e))
+    point_seen(x, tubes, rod, anchor[0], anchor[1], point, room.nodes, room)
+    return across(n, room.q, e)
 
 
 @kernel(inline="always", error_model="numpy")
@@ -115,25 +115,22 @@ def _assemble(
             friction.traction[k, i] = 0.0
         s: int = pairs.sample[k]
         rod: int = pairs.rod[k]
-        _, pressure, slope = penalty(pairs.gap[k], pairs.law)
-        if pressure == 0.0 or friction.mu[k] == 0.0:
+        limit, slope = friction_limit(
+            pairs.gap[k], pairs.law, friction.mu[k], samples.measure[s] * pairs.weight[k]
+        )  # fmt: skip
+        if limit == 0.0:
             continue
-        carried = samples.measure[s] * pairs.weight[k]
         g = tube_pair_geometry(x, tubes, samples, points[s], s, rod, pairs.at[k], room)
         size = _slip_vector(x, tubes, points[s], rod, friction.anchor[k], room.point.n, anchor, e)
         friction.slip[k] = size
-        _, psi_y, _ = mobilisation(size / friction.stick)
-        limit = friction.mu[k] * carried * pressure
+        traction_at(e, size, limit, friction.stick, T)
         for i in range(3):
-            T[i] = limit * psi_y / friction.stick * e[i]
             friction.traction[k, i] = -T[i]
-        for a in range(12):
-            for i in range(3):
-                residual[room.nodes[a], i] += room.B[a] * T[i]
-                residual[anchor.nodes[a], i] -= anchor.W[0, a] * T[i]
+        spread_force(residual, room.nodes[:12], room.B[:12], 1.0, T)
+        spread_force(residual, anchor.nodes, anchor.W[0], -1.0, T)
         if not matrix.wanted:
             continue
-        _traction_rates(room, anchor, e, g, (limit, friction.mu[k] * carried * slope), friction.stick, D)
+        _traction_rates(room, anchor, e, g, (limit, slope), friction.stick, D)
         for a in range(12):
             rows[a], rows[12 + a] = room.nodes[a], anchor.nodes[a]
             columns[a], columns[12 + a], columns[24 + a] = room.nodes[a], room.nodes[12 + a], anchor.nodes[a]

@@ -12,11 +12,17 @@ import numpy as np
 
 from knotfem.compiled import kernel
 from knotfem.contact.anchors import AnchorView
-from knotfem.contact.law import penalty
-from knotfem.contact.mobilisation import mobilisation, mobilisation_energy, mobilised, slip_stiffness
+from knotfem.contact.mobilisation import (
+    friction_limit,
+    mobilisation_energy,
+    mobilised,
+    slip_stiffness,
+    traction_at,
+)
 from knotfem.contact.obstacle import ObstacleContact, TouchView, add_sample_block
 from knotfem.contact.samples import SampleView
-from knotfem.geometry.rotation import dot
+from knotfem.contact.spread import spread_force
+from knotfem.geometry.rotation import across, dot
 from knotfem.sparse.scatter import MatrixView
 
 
@@ -34,28 +40,20 @@ def _assemble(
         n, dn = touch.normal[k], touch.turn[k]
         friction.slip[s] = 0.0
         friction.traction[s] = 0.0
-        _, pressure, slope = penalty(touch.gap[k], touch.law)
-        if pressure == 0.0 or friction.mu[s] == 0.0:
+        limit, slope = friction_limit(touch.gap[k], touch.law, friction.mu[s], samples.measure[s])
+        if limit == 0.0:
             continue
         for i in range(3):
             q[i] = points[s, i] - friction.anchor[s, i]
-        along = dot(n, q)
-        for i in range(3):
-            e[i] = q[i] - along * n[i]
-        size = np.sqrt(dot(e, e))
+        along, size = dot(n, q), across(n, q, e)
         friction.slip[s] = size
-        _, psi_y, _ = mobilisation(size / friction.stick)
-        limit = friction.mu[s] * samples.measure[s] * pressure
-        for i in range(3):
-            friction.traction[s, i] = -limit * psi_y / friction.stick * e[i]
-        for a in range(count):
-            for i in range(3):
-                residual[samples.nodes[s, a], i] -= samples.weights[s, a] * friction.traction[s, i]
+        psi_y = traction_at(e, size, -limit, friction.stick, friction.traction[s])
+        spread_force(residual, samples.nodes[s], samples.weights[s], -1.0, friction.traction[s])
         if not matrix.wanted:
             continue
         slip_stiffness(e, limit, friction.stick, M)
         for i in range(3):
-            lost = friction.mu[s] * samples.measure[s] * slope * psi_y / friction.stick * e[i]
+            lost = slope * psi_y / friction.stick * e[i]
             for j in range(3):
                 qdn = q[0] * dn[0, j] + q[1] * dn[1, j] + q[2] * dn[2, j]
                 value = -lost * n[j]

@@ -20,9 +20,20 @@ from knotfem.compiled import kernel
 from knotfem.contact import surface as protocol
 from knotfem.contact.basis import middle_station
 from knotfem.contact.samples import Samples, SampleView
+from knotfem.contact.spread import spread_force
 from knotfem.contact.stations import Stations, arclength_at
 from knotfem.contact.surface import PairView, SearchLimits, Target
-from knotfem.contact.tube import TubeRoom, Tubes, TubeView, project, stencil, surface_point, tube_normal, tube_room
+from knotfem.contact.tube import (
+    TubeRoom,
+    Tubes,
+    TubeView,
+    point_seen,
+    project,
+    stencil,
+    surface_point,
+    tube_normal,
+    tube_room,
+)
 from knotfem.geometry.rotation import dot
 from knotfem.sparse.scatter import MatrixView, add_blocks
 
@@ -152,10 +163,7 @@ def tube_pair_geometry(
     """Stencil and forms of the pair of sample s and a rod at its closest point into `room`; signed distance n . q."""
     S, q, n = room.point.S, room.point.q, room.point.n
     W, nodes, B, Bd, forms = room.point.W, room.nodes, room.B, room.Bd, room.forms
-    stencil(tubes, rod, at[0], at[1], nodes[12:], W)
-    surface_point(x, nodes[12:], W, S)
-    for i in range(3):
-        q[i] = point[i] - S[0, i]
+    point_seen(x, tubes, rod, at[0], at[1], point, nodes[12:], room.point)
     tube_normal(S, n)
     g = dot(q, n)
     for a in range(12):
@@ -232,11 +240,9 @@ def tube_add_pair(
 ) -> bool:  # fmt: skip
     """See `knotfem.contact.surface.add_pair`."""
     residual, matrix = target
-    s, force, n = pairs.sample[k], pairs.force[k], room.point.n
+    s, force = pairs.sample[k], pairs.force[k]
     g = tube_pair_geometry(x, tubes, samples, points[s], s, pairs.rod[k], pairs.at[k], room)
-    for a in range(24):
-        for i in range(3):
-            residual[room.nodes[a], i] -= force * room.B[a] * n[i]
+    spread_force(residual, room.nodes, room.B, -force, room.point.n)
     if not matrix.wanted:
         return True
     _tangent_parts(g, pairs.slope[k], force, room)

@@ -5,8 +5,11 @@ import pytest
 from reduced import line
 
 from knotfem.contact.basis import axial_basis
-from knotfem.contact.curve import between_middles, curve_point, curve_room, make_samples, project
+from knotfem.contact.curve import CurveView, between_middles, curve_point, curve_room, make_samples, project
 from knotfem.mesh.rod_layout import make_layout
+
+LONE = CurveView(np.array([0, 9]), np.array([1.0]))
+"""A rod of nine nodes."""
 
 
 def at(x, u):
@@ -44,14 +47,14 @@ def test_projection_finds_the_point_below(zigzag, u):
     across = np.cross(C[1], [0.3, 0.2, 1.0])
     p = C[0] + 0.2 * across / np.linalg.norm(across)
     room = curve_room()
-    v, _, inside = project(zigzag, 0, 9, p, u + 0.3, room)
+    v, _, inside = project(zigzag, LONE, 0, p, u + 0.3, room)
     assert inside
     assert v == pytest.approx(u, abs=1e-9)
     assert np.linalg.norm(room.q) == pytest.approx(0.2, rel=1e-9)
 
 
 def test_projection_refuses_points_far_beyond_the_ends(zigzag):
-    assert not project(zigzag, 0, 9, np.array([25.0, 0.0, 0.0]), 7.0, curve_room())[2]
+    assert not project(zigzag, LONE, 0, np.array([25.0, 0.0, 0.0]), 7.0, curve_room())[2]
 
 
 def test_projection_refuses_the_far_side_of_a_bend():
@@ -59,7 +62,7 @@ def test_projection_refuses_the_far_side_of_a_bend():
     x = np.stack([5 * np.cos(phi), 5 * np.sin(phi), 0 * phi], axis=1)
     room = curve_room()
     beyond = -3.0 * np.array([np.cos(1.2), np.sin(1.2), 0.0])
-    _, _, inside = project(x, 0, 9, beyond, 4.0, room)
+    _, _, inside = project(x, LONE, 0, beyond, 4.0, room)
     assert not inside or np.dot(room.q, room.C[2]) < np.dot(room.C[1], room.C[1])
 
 
