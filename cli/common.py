@@ -249,7 +249,7 @@ def show_run(run: Run, quiet: bool, log_format: str) -> None:
     if log_format == "json":
         click.echo(json.dumps({"run": str(run.path), **summary}))
         return
-    from knotfem.results.run import knot_said
+    from knotfem.run.knot_words import knot_said
 
     found = {**summary, **{key: knot_said(summary.get(key)) for key in ("knot_before", "knot_after")}}
     shown = {spoken(key): found[key] for key in HIGHLIGHTS if found.get(key) not in (None, "none", 0.0)}

@@ -18,17 +18,12 @@ from knotfem.results.moment import reach
 from knotfem.results.profile import StoredStates, TensionProfile, stored_states
 from knotfem.results.states import RunState
 from knotfem.run.checkpoint import RunCheckpoint
-from knotfem.run.monitor import Knots, in_words
+from knotfem.run.knot_words import knot_said
 from knotfem.stability.holding import Holding
 from knotfem.types import Arrays
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-
-def knot_said(found: str | Knots | None) -> str | dict[str, str] | None:
-    """What summary.json says of the knots of a run, in words; several rods have a record each there."""
-    return in_words(found) if isinstance(found, dict) else found
 
 
 class Run(RunData):

@@ -9,7 +9,8 @@ from knotfem.models.base import Model
 from knotfem.models.build import build_model
 from knotfem.models.described import deforming
 from knotfem.run.expected import expected_memory_mb, expected_seconds, may_unravel, refuse_too_large
-from knotfem.run.monitor import KnotMonitor, in_words
+from knotfem.run.knot_words import in_words
+from knotfem.run.monitor import KnotMonitor
 from knotfem.run.source import source_rods
 from knotfem.scene.load import Overrides, load_scene
 from knotfem.scene.model import Scene

@@ -13,10 +13,12 @@ import numpy as np
 from knotfem.errors import KnotLost
 from knotfem.geometry.frames import tangents
 from knotfem.models.base import Model
+from knotfem.run.knot_words import Knots
 from knotfem.topology.closures import closures_of, is_knotted, ways_of
 from knotfem.topology.diagram import crossing_signature
 from knotfem.topology.interpenetration import first_interpenetration
 from knotfem.topology.linking import link_type, linking_number, winding_range
+from knotfem.topology.words import come_undone
 
 FEWEST_TURNS = 0.75
 """Turns about an obstacle that make a hitch of a rod which is not linked with it, as a cow hitch is not. A rod that
@@ -50,19 +52,6 @@ class RodKnot:
     linking: tuple[int, ...]
     turns: tuple[float, ...]
     laced: dict[str, tuple[str, ...]]
-
-
-Knots = dict[str, dict[str, Any]]
-"""Fields of `RodKnot` of each rod, by its name, fit for JSON."""
-
-
-def in_words(knots: Knots) -> dict[str, str]:
-    """What each rod is tied into and linked with, in words, by its name."""
-    said = {}
-    for rod, knot in knots.items():
-        linked = [other for other, polynomials in knot.get("laced", {}).items() if polynomials]
-        said[rod] = knot["said"] + (f", linked with {' and '.join(linked)}" if linked else "")
-    return said
 
 
 class KnotMonitor:
@@ -135,7 +124,7 @@ class KnotMonitor:
             if all(self._left(tied, obstacle, points) for obstacle in hitched_to):
                 what = tied["name"] if knotted else "hitch"
                 gone = "" if knotted else f": it has left {' and '.join(hitched_to)}"
-                return f"the {what} of {name} has come undone{gone}"
+                return f"{come_undone(what, name)}{gone}"
         return self._apart(before, x)
 
     def gone(self, before: Knots, x: np.ndarray, told: Container[str] = ()) -> list[str]:
@@ -150,7 +139,7 @@ class KnotMonitor:
         for rod, points in enumerate(self.model.centrelines(x)):
             name = self.model.rods[rod].name
             tied = before[name]
-            undone = f"the {tied['name']} of {name} has come undone"
+            undone = come_undone(tied["name"], name)
             if tied["name"] != "unknot" and undone not in told and not is_knotted(points, self._ways(rod)):
                 found.append(undone)
             found += [f"{name} has left {o}" for o in self._hitched_to(tied) if self._left(tied, o, points)]

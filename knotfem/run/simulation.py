@@ -18,7 +18,8 @@ from knotfem.models.rod.initial import SourceRod
 from knotfem.run.events import Event, PhaseDone, TimeStepDone
 from knotfem.run.expected import refuse_too_large
 from knotfem.run.jumps import JumpWatch
-from knotfem.run.monitor import KnotMonitor, Knots, of_checkpoint
+from knotfem.run.knot_words import Knots
+from knotfem.run.monitor import KnotMonitor, of_checkpoint
 from knotfem.run.remarks import Remarks
 from knotfem.run.schedule import Rest, schedule_of
 from knotfem.run.underway import Underway, restored, restored_state, stored, stored_step

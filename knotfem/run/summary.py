@@ -14,8 +14,8 @@ from knotfem.energy.balance import StepFigures
 from knotfem.energy.energies import Energies
 from knotfem.models.base import Model
 from knotfem.run.events import TimeStepDone
+from knotfem.run.knot_words import Knots, for_summary
 from knotfem.run.memory_use import peak_memory_mb
-from knotfem.run.monitor import Knots
 from knotfem.solver.system import System
 from knotfem.solver.term import Role
 
@@ -145,9 +145,8 @@ class Summary:
 
     def knots(self, before: Knots | None, after: Knots) -> None:
         """Knots before the first and after the last step."""
-        one = len(after) == 1
         for key, value in (("knot_before", before), ("knot_after", after)):
-            self.figures[key] = next(iter(value.values()))["said"] if one and value else value
+            self.figures[key] = for_summary(value)
             self.figures[f"{key}_details"] = value
 
     def finished(self, energies: Energies) -> dict[str, Any]:

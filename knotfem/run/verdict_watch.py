@@ -12,7 +12,8 @@ from knotfem.energy.balance import StepFigures
 from knotfem.models.base import SIDES, Model
 from knotfem.models.conditions import friction_factor
 from knotfem.run.jumps import furthest
-from knotfem.run.monitor import KnotMonitor, Knots
+from knotfem.run.knot_words import Knots
+from knotfem.run.monitor import KnotMonitor
 from knotfem.run.verdict_evidence import FROM_ONSET, FROM_STEP, Progression, label_of, unit_evidence
 from knotfem.scene.steps import Driven, Pull, Step
 from knotfem.stability import ties

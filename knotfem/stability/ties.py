@@ -13,6 +13,7 @@ from knotfem.geometry.frames import tangents
 from knotfem.scene.effects import Cylinder
 from knotfem.topology.knot_type import knot_type
 from knotfem.topology.linking import Ends, winding_angle
+from knotfem.topology.words import come_undone
 
 LEAST_UNWINDING = 0.5 * math.pi
 """A hitch whose rod has turned by less about the obstacle is what it was."""
@@ -88,11 +89,12 @@ def undone(before: Sequence[RodTies], now: Sequence[RodTies]) -> str:
         if old.knotted:
             if all(a != b for a, b in zip(old.jones, new.jones, strict=True)):
                 became = new.knots[0] if new.knotted else ""
-                return f"the {old.knots[0]} of {old.name} has {f'become {became}' if became else 'come undone'}"
+                knot = old.knots[0]
+                return f"the {knot} of {old.name} has become {became}" if became else come_undone(knot, old.name)
             continue
         for number, (a, b) in enumerate(zip(old.linking, new.linking, strict=True)):
             if a != b and a != 0 and abs(old.windings[number] - new.windings[number]) > LEAST_UNWINDING:
-                return f"the hitch of {old.name} has come undone"
+                return come_undone("hitch", old.name)
     return ""
 
 

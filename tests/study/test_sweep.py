@@ -229,11 +229,11 @@ def test_how_a_study_ends(engines: list[StandIn], monkeypatch: pytest.MonkeyPatc
 
 
 def test_knots_of_several_rods_are_in_words_in_the_table() -> None:
-    from knotfem.study.sweep.collect import words_of_knots
+    from knotfem.run.knot_words import knot_said_in_one
 
     knots = {rod: {"said": "unknot", "laced": {other: ["t"]}} for rod, other in (("a", "b"), ("b", "a"))}
-    assert words_of_knots(knots) == "a: unknot, linked with b; b: unknot, linked with a"
-    assert words_of_knots("3_1") == "3_1"
+    assert knot_said_in_one(knots) == "a: unknot, linked with b; b: unknot, linked with a"
+    assert knot_said_in_one("3_1") == "3_1"
 
 
 def friction_values(*values: object) -> dict[str, Any]:

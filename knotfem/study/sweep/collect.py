@@ -11,7 +11,7 @@ from knotfem.errors import KnotfemError
 from knotfem.results.data import open_run
 from knotfem.results.run import Run
 from knotfem.run.directory import RunDirectory
-from knotfem.run.monitor import Knots, in_words
+from knotfem.run.knot_words import knot_said_in_one
 from knotfem.scene.steps import Pull
 from knotfem.study.sweep.study_file import Collected
 
@@ -44,16 +44,11 @@ def collect(directory: RunDirectory, wanted: Mapping[str, str | Collected]) -> d
 def _figure(run: Run, summary: Mapping[str, Any], what: str | Collected) -> Cell:
     if isinstance(what, str):
         found = _below(summary, what)
-        return _plain(words_of_knots(found) if what in KNOTS else found)
+        return _plain(knot_said_in_one(found) if what in KNOTS else found)
     try:
         return _of_force(run, what) if what.table == "force" else _of_tension(run, what)
     except (KnotfemError, KeyError, IndexError, ValueError):
         return None
-
-
-def words_of_knots(found: str | Knots | None) -> str | None:
-    """What summary.json says of knots as one text."""
-    return "; ".join(f"{rod}: {said}" for rod, said in in_words(found).items()) if isinstance(found, dict) else found
 
 
 def _below(tables: Any, key: str) -> Any:
