@@ -198,9 +198,9 @@ def ask_if_long(seconds: float, yes: bool, limit: float | None = None) -> None:
 
 def ask_before(scene: Scene, yes: bool) -> None:
     """Ask whether to run a scene that is expected to take long; see `ask_if_long`."""
-    from knotfem.run.expected import expected_seconds
+    from knotfem.run.expected import expected
 
-    ask_if_long(expected_seconds(scene, unravels=True), yes, scene.solver.time_limit)
+    ask_if_long(expected(scene).if_it_unravels, yes, scene.solver.time_limit)
 
 
 def displacement(at: str | None, option: str = "--at") -> float | None:

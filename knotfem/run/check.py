@@ -8,7 +8,7 @@ from typing import Any
 from knotfem.models.base import Model
 from knotfem.models.build import build_model
 from knotfem.models.described import deforming
-from knotfem.run.expected import expected_memory_mb, expected_seconds, may_unravel, refuse_too_large
+from knotfem.run.expected import Expected, expected, may_unravel, refuse_too_large
 from knotfem.run.knot_words import in_words
 from knotfem.run.monitor import KnotMonitor
 from knotfem.run.source import source_rods
@@ -41,7 +41,7 @@ def check(source: Scene | str | Path, overrides: Overrides = ()) -> dict[str, An
     scene = load_scene(source, overrides)
     refuse_too_large(scene)
     model = build_model(scene, source=source_rods(scene))
-    unknowns = model.dofs
+    takes = expected(scene, model.dofs)
     knots = KnotMonitor(model).knots_along([target.points for target in model.targets])
     return {
         "knots": in_words(knots),
@@ -49,16 +49,16 @@ def check(source: Scene | str | Path, overrides: Overrides = ()) -> dict[str, An
         "effects": model.describe(),
         "absent": model.absent,
         "unused_keys": list(UNUSED[scene.model]),
-        "dofs": unknowns,
+        "dofs": takes.unknowns,
         "hexes": model.hexes,
         "segments": model.segments,
         "slices": model.slices,
         "mapping": f"{_mapped(model)} alone; tying has no contact",
         "system": _symmetry(model.terms, scene),
         "linear_solver": solver_name(scene.solver.linear),
-        "expected_memory_mb": round(expected_memory_mb(scene, unknowns)),
-        "expected_minutes": _minutes(expected_seconds(scene, unknowns)),
-        **_if_it_unravels(scene, unknowns),
+        "expected_memory_mb": round(takes.memory_mb),
+        "expected_minutes": _minutes(takes.seconds),
+        **_if_it_unravels(scene, takes),
         "warnings": model.warnings,
     }
 
@@ -67,11 +67,11 @@ def _minutes(seconds: float) -> float:
     return float(f"{seconds / 60.0:.2g}")
 
 
-def _if_it_unravels(scene: Scene, unknowns: int) -> dict[str, float]:
+def _if_it_unravels(scene: Scene, takes: Expected) -> dict[str, float]:
     """The expected time of a knot that unravels, where that is a result of the scene."""
     if not may_unravel(scene):
         return {}
-    return {"expected_minutes_if_it_unravels": _minutes(expected_seconds(scene, unknowns, unravels=True))}
+    return {"expected_minutes_if_it_unravels": _minutes(takes.if_it_unravels)}
 
 
 def _mapped(model: Model) -> str:

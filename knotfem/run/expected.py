@@ -65,23 +65,37 @@ and 4,760 where it unravels (2,900 to 7,040), and lowering its friction from 0.4
 hexahedra under loads are in proportion to the settling ones; they were not measured."""
 
 
-def expected_seconds(scene: Scene, unknowns: int | None = None, *, unravels: bool = False) -> float:
-    """CPU time of a run with one thread [s] once its kernels are loaded; right within a factor of three.
+@dataclass(frozen=True)
+class Expected:
+    """What a run is expected to take.
+
+    Attributes:
+        unknowns: of its model.
+        seconds: CPU time with one thread [s] once its kernels are loaded; right within a factor of three.
+        if_it_unravels: the same where the knot unravels in a step in which it may.
+        memory_mb: memory [MB].
+    """
+
+    unknowns: int
+    seconds: float
+    if_it_unravels: float
+    memory_mb: float
+
+
+def expected(scene: Scene, unknowns: int | None = None) -> Expected:
+    """What a run of a scene is expected to take.
 
     Args:
         scene: what is run.
-        unknowns: None to count them.
-        unravels: whether its knot unravels in a step in which it may.
+        unknowns: of its model; None to count them, for which curves may have to be read.
+
+    Raises:
+        InputError: as `count_unknowns` raises it.
     """
-    cost = COSTS[scene.model]
-    per_diameter = max(cost.per_diameter, ITERATIONS_PER_STEP / scene.solver.move_over_diameter)
-    iterations = sum(
-        per_diameter * step.displacement / scene.diameter if isinstance(step, Pull) else _iterations(step, cost)
-        for step in scene.steps
-    )
-    if unravels and may_unravel(scene):
-        iterations += cost.unravelling
-    return iterations * cost.seconds_per_iteration(count_unknowns(scene) if unknowns is None else unknowns)
+    cost, count = COSTS[scene.model], count_unknowns(scene) if unknowns is None else unknowns
+    each = cost.seconds_per_iteration(count)
+    held, unravelled = _iterations(scene, cost), cost.unravelling if may_unravel(scene) else 0.0
+    return Expected(count, held * each, (held + unravelled) * each, _memory_mb(scene, count))
 
 
 def may_unravel(scene: Scene) -> bool:
@@ -89,18 +103,26 @@ def may_unravel(scene: Scene) -> bool:
     return scene.contact.enabled and any(not step.must_hold for step in deciding_steps(scene.steps))
 
 
-def _iterations(step: Step, cost: Cost) -> float:
+def _iterations(scene: Scene, cost: Cost) -> float:
+    """Of all steps, where the knot holds."""
+    per_diameter = max(cost.per_diameter, ITERATIONS_PER_STEP / scene.solver.move_over_diameter)
+    return sum(
+        per_diameter * step.displacement / scene.diameter if isinstance(step, Pull) else _resting_iterations(step, cost)
+        for step in scene.steps
+    )
+
+
+def _resting_iterations(step: Step, cost: Cost) -> float:
     """Of a step that pulls nothing."""
     if step.friction_schedule:
         return cost.lowering
     return cost.loading if loaded_ends(step) and not isinstance(step, Release) else cost.settling
 
 
-def expected_memory_mb(scene: Scene, unknowns: int | None = None) -> float:
-    """Memory of a run [MB]; see `expected_seconds`."""
+def _memory_mb(scene: Scene, unknowns: int) -> float:
     samples = _surface_samples(scene) if scene.contact.enabled and scene.model == "fem" else 0.0
     in_all, each = MEMORY_MB
-    return in_all + each * (count_unknowns(scene) if unknowns is None else unknowns) + SAMPLE_MB * samples
+    return in_all + each * unknowns + SAMPLE_MB * samples
 
 
 def refuse_too_large(scene: Scene) -> None:
@@ -109,11 +131,12 @@ def refuse_too_large(scene: Scene) -> None:
     Raises:
         InputError: it does.
     """
-    needed, there = expected_memory_mb(scene), machine_memory_mb()
+    unknowns, there = count_unknowns(scene), machine_memory_mb()
+    needed = _memory_mb(scene, unknowns)
     if needed > there:
         problem = "needs more memory than this machine has"
         expected = f"at most {there / 1024:.3g} GB; larger elements, fewer rods or samples further apart need less"
-        found = f"about {needed / 1024:.3g} GB for {count_unknowns(scene):,} unknowns and their contact samples"
+        found = f"about {needed / 1024:.3g} GB for {unknowns:,} unknowns and their contact samples"
         raise InputError(problem, key="rods.mesh.element_length", found=found, expected=expected)
 
 
@@ -125,7 +148,11 @@ def machine_memory_mb() -> float:
 
 
 def count_unknowns(scene: Scene) -> int:
-    """Unknowns of a scene's model, which is not built."""
+    """Unknowns of a scene's model, which is not built.
+
+    Raises:
+        InputError: a centreline along which no rod can lie.
+    """
     width = COSTS[scene.model].width
     section = _section_nodes if scene.model == "fem" else lambda rod: 1
     rods = zip(scene.rods, slices_of(scene), strict=True)

@@ -12,7 +12,7 @@ from typing import Protocol
 
 from knotfem.errors import InputError
 from knotfem.run.directory import RunDirectory
-from knotfem.run.expected import expected_memory_mb, expected_seconds
+from knotfem.run.expected import Expected, expected
 from knotfem.scene.model import Scene
 from knotfem.study.engine.engine import Ended, Engine, Job
 from knotfem.study.engine.outcomes import Outcome, known_outcome, spent
@@ -65,6 +65,7 @@ class Jobs:
     tell: Callable[[str], None] = LOG.info
     outcomes: dict[str, Outcome] = field(default_factory=dict)
     _pace: list[float] = field(default_factory=list)
+    _takes: dict[str, Expected] = field(default_factory=dict)
 
     def run_of(self, level: Level) -> RunDirectory:
         """The run directory of a level, there or not."""
@@ -79,7 +80,7 @@ class Jobs:
             InputError: a folder holds a run of another scene.
         """
         waiting = [level for level in levels if self._possible(level) and not self._known(level)]
-        waiting.sort(key=lambda level: (level.name != BASE, run_seconds(self.scene_of(level)), level.name))
+        waiting.sort(key=lambda level: (level.name != BASE, self._seconds(level), level.name))
         if waiting:
             with Engine(self.folder, self.place, tell=self.tell) as engine:
                 self.work(engine, waiting)
@@ -117,7 +118,7 @@ class Jobs:
             return False
         self.outcomes[level.name] = outcome
         if outcome.state == "done":
-            self._learn(scene, OUTPUT_SECONDS + spent(run))
+            self._learn(level, OUTPUT_SECONDS + spent(run))
         self.tell(f"{level.name}: {outcome.state} already")
         return True
 
@@ -139,26 +140,31 @@ class Jobs:
 
     def expected(self, level: Level) -> float:
         """Wall seconds that a level still needs, by the pace of those that are done."""
-        needed = run_seconds(self.scene_of(level)) * (statistics.median(self._pace) if self._pace else 1.0)
+        needed = self._seconds(level) * (statistics.median(self._pace) if self._pace else 1.0)
         return max(needed - spent(self.run_of(level)), 0.1 * needed)
 
     def _job(self, level: Level) -> Job:
         run, scene = self.run_of(level), self.scene_of(level)
         limit = None if self.deadline == float("inf") else max(self.deadline - time.monotonic(), 1.0)
-        return Job(level.name, run, scene, time_limit=limit, memory_mb=expected_memory_mb(scene))
+        return Job(level.name, run, scene, time_limit=limit, memory_mb=self._takes_of(level).memory_mb)
 
     def _ended(self, level: Level, ended: Ended) -> None:
         outcome = self.outcomes[level.name] = ended.outcome
         run = self.run_of(level)
         if outcome.state == "done":
-            self._learn(run.scene, OUTPUT_SECONDS + spent(run))
+            self._learn(level, OUTPUT_SECONDS + spent(run))
         why = f", {outcome.reason}" if outcome.reason else ""
         self.tell(f"{level.name}: {outcome.state} after {ended.wall_s:.0f} s{why}")
 
-    def _learn(self, scene: Scene, seconds: float) -> None:
-        self._pace.append(seconds / run_seconds(scene))
+    def _learn(self, level: Level, seconds: float) -> None:
+        self._pace.append(seconds / self._seconds(level))
 
+    def _seconds(self, level: Level) -> float:
+        """Expected wall time of a level's run [s]."""
+        return OUTPUT_SECONDS + self._takes_of(level).seconds
 
-def run_seconds(scene: Scene) -> float:
-    """Expected wall time of a scene's run [s]."""
-    return OUTPUT_SECONDS + expected_seconds(scene)
+    def _takes_of(self, level: Level) -> Expected:
+        """What a level's run is expected to take, found out once."""
+        if level.name not in self._takes:
+            self._takes[level.name] = expected(self.scene_of(level))
+        return self._takes[level.name]

@@ -4,7 +4,7 @@ import pytest
 
 from knotfem.models.build import build_model
 from knotfem.run.check import check
-from knotfem.run.expected import COSTS, count_unknowns, expected_seconds
+from knotfem.run.expected import COSTS, count_unknowns, expected
 from knotfem.scene import load_scene
 from knotfem.study.dead_load import dead_load
 
@@ -23,7 +23,9 @@ def test_expected_minutes_of_the_bowline_are_right_within_a_factor_of_two() -> N
 def test_expected_time_of_a_dead_load_is_that_of_a_knot_that_holds_or_unravels(unravels: bool, measured: float) -> None:
     """Measured: mean iterations of the 34 and 20 points of the bowline's stability diagram."""
     scene = dead_load("bowline", "1.1 N", {"model": "rod"})
-    iterations = expected_seconds(scene, unravels=unravels) / COSTS["rod"].seconds_per_iteration(count_unknowns(scene))
+    takes = expected(scene)
+    seconds = takes.if_it_unravels if unravels else takes.seconds
+    iterations = seconds / COSTS["rod"].seconds_per_iteration(takes.unknowns)
     assert iterations == pytest.approx(measured, rel=0.1)
     found = check(scene)
     assert found["expected_minutes_if_it_unravels"] > 2.0 * found["expected_minutes"]

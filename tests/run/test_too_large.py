@@ -46,7 +46,7 @@ def test_a_file_of_any_size_is_not_read(tmp_path: Path) -> None:
 
 def test_samples_take_memory() -> None:
     memory = [
-        expected.expected_memory_mb(load_scene("bowline", {"contact.sample_spacing_over_diameter": spacing}))
+        expected.expected(load_scene("bowline", {"contact.sample_spacing_over_diameter": spacing})).memory_mb
         for spacing in (0.125, 0.02)
     ]
     assert 300.0 < memory[1] - memory[0] < 700.0

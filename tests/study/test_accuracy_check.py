@@ -15,7 +15,9 @@ import knotfem as kf
 from knotfem.errors import InputError, NotConverged
 from knotfem.plot import plots
 from knotfem.run.directory import RunDirectory
+from knotfem.run.expected import Expected
 from knotfem.scene import load_scene
+from knotfem.scene.model import Scene
 from knotfem.study import jobs
 from knotfem.study.accuracy_check import run as module
 from knotfem.study.accuracy_check import search
@@ -163,7 +165,12 @@ def test_band_in_the_picture(tmp_path: Path) -> None:
 
 def test_budget_that_ends_leaves_what_was_found(engines: Engines, monkeypatch: pytest.MonkeyPatch) -> None:
     fine = load_scene("overhand").rods[0].mesh.element_length
-    monkeypatch.setattr(jobs, "run_seconds", lambda scene: 1e6 if scene.rods[0].mesh.element_length < fine else 1.0)
+
+    def takes(scene: Scene) -> Expected:
+        seconds = 1e6 if scene.rods[0].mesh.element_length < fine else 0.0
+        return Expected(1000, seconds, seconds, 512.0)
+
+    monkeypatch.setattr(jobs, "expected", takes)
     found = check(budget="1h")
     assert not found.reached
     assert found.estimate is None, "the error of the slices is not known"

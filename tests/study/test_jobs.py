@@ -9,6 +9,7 @@ from manufactured import write_run
 from stand_in import StandIn
 
 from knotfem.errors import InputError
+from knotfem.run.expected import Expected
 from knotfem.scene import load_scene
 from knotfem.study import jobs as module
 from knotfem.study.engine.engine import Job
@@ -56,6 +57,10 @@ def make(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     return build
 
 
+def lasting(seconds: float) -> Expected:
+    return Expected(1000, seconds, seconds, 512.0)
+
+
 def order(jobs: Any) -> list[str]:
     return [name for engine in jobs.engines for name in engine.order]
 
@@ -72,7 +77,7 @@ def test_scene_first_then_by_expected_cost(make, tmp_path):
 
 
 def test_budget_leaves_out_what_does_not_fit_and_says_so(make, monkeypatch):
-    monkeypatch.setattr(module, "run_seconds", lambda scene: 1e3 if scene == scene_of(FINE) else 1.0)
+    monkeypatch.setattr(module, "expected", lambda scene: lasting(999.0 if scene == scene_of(FINE) else 0.0))
     jobs = make(deadline=time.monotonic() + 60.0)
     jobs.run([FINE, base_level(), COARSE])
     assert order(jobs) == ["base", "coarse"]
@@ -83,8 +88,8 @@ def test_budget_leaves_out_what_does_not_fit_and_says_so(make, monkeypatch):
 
 
 def test_pace_of_what_is_done_corrects_what_is_expected(make, monkeypatch):
-    monkeypatch.setattr(module, "run_seconds", lambda scene: 10.0)
-    monkeypatch.setattr(module, "OUTPUT_SECONDS", 30.0)
+    monkeypatch.setattr(module, "expected", lambda scene: lasting(9.0))
+    monkeypatch.setattr(module, "spent", lambda run: 29.0 if run.path.name == "base" else 0.0)
     jobs = make()
     assert jobs.expected(FINE) == 10.0
     jobs.run([base_level()])
@@ -123,7 +128,7 @@ def test_level_that_is_no_scene_has_failed(make):
 
 
 def test_runs_say_how_much_memory_they_take(make, monkeypatch):
-    monkeypatch.setattr(module, "expected_memory_mb", lambda scene: 512.0)
+    monkeypatch.setattr(module, "expected", lambda scene: lasting(1.0))
     jobs = make()
     jobs.run([base_level()])
     assert jobs.engines[0].jobs["base"].memory_mb == 512.0

@@ -9,7 +9,7 @@ from typing import Any
 
 from knotfem.errors import OVERRIDES, InputError, SeveralErrors
 from knotfem.run.directory import RunDirectory
-from knotfem.run.expected import expected_memory_mb, expected_seconds
+from knotfem.run.expected import Expected, expected
 from knotfem.scene.load import load_scene
 from knotfem.scene.model import Scene
 from knotfem.shipped import scene_names
@@ -48,14 +48,21 @@ class Planned:
     memory_mb: float = 0.0
 
 
-def planned(point: Point, run: RunDirectory, scene: Scene) -> Planned:
+def planned(point: Point, run: RunDirectory, scene: Scene, takes: Expected | None = None) -> Planned:
     """A point whose values make a valid scene.
+
+    Args:
+        point: of the study.
+        run: its directory, there or not.
+        scene: of the point.
+        takes: what it is expected to take; None to find out.
 
     Raises:
         InputError: the directory holds a run of another scene.
     """
-    seconds, if_it_unravels = (expected_seconds(scene, unravels=unravels) for unravels in (False, True))
-    return Planned(point, run, scene, known_outcome(run, scene), seconds, if_it_unravels, expected_memory_mb(scene))
+    takes = expected(scene) if takes is None else takes
+    outcome = known_outcome(run, scene)
+    return Planned(point, run, scene, outcome, takes.seconds, takes.if_it_unravels, takes.memory_mb)
 
 
 def plan(study: Study, folder: Path, file: str | Path | None = None) -> list[Planned]:
@@ -124,10 +131,10 @@ def scene_of(study: Study, values: Mapping[str, Any]) -> Scene:
 def _planned(study: Study, point: Point, folder: Path) -> Planned | tuple[Point, InputError]:
     try:
         scene = scene_of(study, point.values)
-        expected_memory_mb(scene)  # which reads its curves
+        takes = expected(scene)  # which reads its curves
     except InputError as error:
         return point, error
-    return planned(point, RunDirectory(folder / RUNS / point.name), scene)
+    return planned(point, RunDirectory(folder / RUNS / point.name), scene, takes)
 
 
 def _refused(point: Point, error: InputError, folder: Path) -> Planned:
