@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from knotfem.types import Arrays
+
 
 class AnchorView(NamedTuple):
     """Friction of each contact of a tube.
@@ -23,3 +25,8 @@ class AnchorView(NamedTuple):
     slip: np.ndarray
     traction: np.ndarray
     stick: float
+
+
+def anchor_view(mu: np.ndarray, rows: Arrays, stick: float) -> AnchorView:
+    """From coefficients, what contacts remember, and the stick distance; nothing slips yet."""
+    return AnchorView(mu, rows["anchor"], np.zeros(mu.size), np.zeros((mu.size, 3)), stick)

@@ -31,7 +31,7 @@ from knotfem.contact.material_points import material_room
 from knotfem.contact.mobilisation import friction_limit, mobilisation_energy, mobilised, slip_stiffness
 from knotfem.contact.pairs import PairContact
 from knotfem.contact.samples import SampleView
-from knotfem.contact.slip import SlipView, cut_slip, traction_of
+from knotfem.contact.slip import SlipView, cut_slip, slip_view, traction_of
 from knotfem.contact.spread import spread_on_arm
 from knotfem.contact.surface import PairView
 from knotfem.sparse.scatter import MatrixView, add_blocks
@@ -176,8 +176,7 @@ class CurveFriction:
 
     def view(self, contact: PairContact, mu: np.ndarray, rows: dict[str, np.ndarray]) -> SlipView:
         """See the law."""
-        slip, traction = np.zeros(mu.size), np.zeros((mu.size, 3))
-        return SlipView(mu, rows["own"], rows["u"], rows["anchor"], rows["stored"], slip, traction, self.stick)
+        return slip_view(mu, rows, self.stick)
 
     def assemble(
         self, x: np.ndarray, contact: PairContact, view: SlipView, residual: np.ndarray, matrix: MatrixView

@@ -27,6 +27,7 @@ from knotfem.contact.slip import (
     cut_slip,
     slip_rate,
     slip_room,
+    slip_view,
     traction_of,
     traction_rate,
     trial_slip,
@@ -226,9 +227,7 @@ class CurveObstacleFriction:
 
     def view(self, contact: ObstacleContact, mu: np.ndarray, rows: dict[str, np.ndarray]) -> SlipView:
         """See the law."""
-        slip, traction = np.zeros(mu.size), np.zeros((mu.size, 3))
-        nowhere = np.zeros(0)
-        return SlipView(mu, rows["own"], nowhere, rows["anchor"], rows["stored"], slip, traction, self.stick)
+        return slip_view(mu, rows, self.stick)
 
     def assemble(
         self, x: np.ndarray, contact: ObstacleContact, view: SlipView, residual: np.ndarray, matrix: MatrixView

@@ -9,6 +9,7 @@ import numpy as np
 from knotfem.compiled import kernel
 from knotfem.contact.mobilisation import traction_at
 from knotfem.geometry.rotation import across, across_rate, cross, dot, unit
+from knotfem.types import Arrays
 
 
 class SlipView(NamedTuple):
@@ -33,6 +34,12 @@ class SlipView(NamedTuple):
     slip: np.ndarray
     traction: np.ndarray
     stick: float
+
+
+def slip_view(mu: np.ndarray, rows: Arrays, stick: float) -> SlipView:
+    """From coefficients, what contacts remember, and the stick distance; nothing slips yet."""
+    slip, traction = np.zeros(mu.size), np.zeros((mu.size, 3))
+    return SlipView(mu, rows["own"], rows.get("u", np.zeros(0)), rows["anchor"], rows["stored"], slip, traction, stick)
 
 
 class SlipRoom(NamedTuple):

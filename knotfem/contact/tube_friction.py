@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knotfem.compiled import kernel
-from knotfem.contact.anchors import AnchorView
+from knotfem.contact.anchors import AnchorView, anchor_view
 from knotfem.contact.mobilisation import (
     friction_limit,
     mobilisation_energy,
@@ -221,7 +221,7 @@ class TubeFriction:
 
     def view(self, contact: PairContact, mu: np.ndarray, rows: dict[str, np.ndarray]) -> AnchorView:
         """See the law."""
-        return AnchorView(mu, rows["anchor"], np.zeros(mu.size), np.zeros((mu.size, 3)), self.stick)
+        return anchor_view(mu, rows, self.stick)
 
     def assemble(
         self, x: np.ndarray, contact: PairContact, view: AnchorView, residual: np.ndarray, matrix: MatrixView

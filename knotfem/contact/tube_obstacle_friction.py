@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knotfem.compiled import kernel
-from knotfem.contact.anchors import AnchorView
+from knotfem.contact.anchors import AnchorView, anchor_view
 from knotfem.contact.mobilisation import (
     friction_limit,
     mobilisation_energy,
@@ -96,7 +96,7 @@ class TubeObstacleFriction:
 
     def view(self, contact: ObstacleContact, mu: np.ndarray, rows: dict[str, np.ndarray]) -> AnchorView:
         """See the law."""
-        return AnchorView(mu, rows["anchor"], np.zeros(mu.size), np.zeros((mu.size, 3)), self.stick)
+        return anchor_view(mu, rows, self.stick)
 
     def assemble(
         self, x: np.ndarray, contact: ObstacleContact, view: AnchorView, residual: np.ndarray, matrix: MatrixView
