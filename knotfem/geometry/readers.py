@@ -67,6 +67,25 @@ class CurveFile:
     unit_from: str = ""
     warnings: tuple[str, ...] = ()
 
+    def millimetres(self, scaled: float) -> float | None:
+        """By which coordinates are multiplied to be in mm, as the unit says; None without one.
+
+        Args:
+            scaled: by which the scene was scaled for another rope, with it curves that have a unit.
+        """
+        return None if self.unit is None else scaled * self.unit.millimetres
+
+    def radius_in_mm(self, factor: float, scaled: float) -> float | None:
+        """Radius of the rod [mm]; None if the file has none.
+
+        Args:
+            factor: by which the coordinates are multiplied.
+            scaled: see `millimetres`.
+        """
+        if self.radius is None:
+            return None
+        return self.radius * (factor if self.radius_unit is None else scaled * self.radius_unit.millimetres)
+
 
 def read_centreline(path: str | Path) -> Curve:
     """Read a centreline: a file of points, which are interpolated, or of a NURBS curve; see `read_curve`."""

@@ -4,40 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from knotfem.errors import InputError
-from knotfem.geometry.length_units import LengthUnit, length_unit
+from knotfem.geometry.column_heads import AXES, RADII, ColumnHead, column_head, shared_unit
 from knotfem.geometry.polyline import Polyline, polyline
-
-AXES = ("x", "y", "z")
-RADII = ("radius", "r")
-"""Names of a column with the radius of the rod."""
-_BRACKETS = re.compile(r"(?P<name>.*?)\s*[\[(]\s*(?P<unit>[^\])]*?)\s*[\])]")
-_SUFFIX = re.compile(r"(?P<name>.*?)(?:_|\s*/\s*|\s+)(?P<unit>[^_/\s]+)")
-"""What may follow the name of a column: x [mm], x (mm); x_mm, x/mm, x mm."""
-_PARAVIEW = {f"points{mark}{number}": axis for mark in ":_" for number, axis in enumerate(AXES)}
-"""Names that ParaView gives to the columns of coordinates."""
-
-
-@dataclass(frozen=True)
-class _Column:
-    """Head of a column.
-
-    Attributes:
-        text: as it stands in the file.
-        name: in small letters, without the unit.
-        unit: of its numbers, or None.
-        unknown: a unit that is none of length, or nothing.
-    """
-
-    text: str
-    name: str
-    unit: LengthUnit | None = None
-    unknown: str = ""
 
 
 def read_table(path: Path, text: str) -> list[Polyline]:
@@ -61,7 +35,7 @@ def read_table(path: Path, text: str) -> list[Polyline]:
     separator = _separator(first[1])
     cells = _cells(first[1], separator)
     if None in [_number(cell, separator) for cell in cells]:
-        columns = [_column(cell) for cell in cells]
+        columns = [column_head(cell) for cell in cells]
         if not _has_axes(columns):
             raise InputError(
                 f"line {first[0]} is not the header", file=path, found=first[1], expected="x,y,z among its columns"
@@ -75,17 +49,17 @@ def read_table(path: Path, text: str) -> list[Polyline]:
     return _curves(path, data, columns, separator)
 
 
-def _has_axes(columns: Sequence[_Column]) -> bool:
+def _has_axes(columns: Sequence[ColumnHead]) -> bool:
     return set(AXES) <= {column.name for column in columns}
 
 
-def _commented(text: str, first: int, separator: str | None, count: int) -> list[_Column]:
+def _commented(text: str, first: int, separator: str | None, count: int) -> list[ColumnHead]:
     """The header in a comment above the first point, as many programs write it; x, y, z where there is none."""
     for line in reversed(text.splitlines()[: first - 1]):
-        columns = [_column(cell) for cell in _cells(line.strip().lstrip("#").strip(), separator)]
+        columns = [column_head(cell) for cell in _cells(line.strip().lstrip("#").strip(), separator)]
         if len(columns) == count and _has_axes(columns):
             return columns
-    return [_Column(axis, axis) for axis in AXES]
+    return [ColumnHead(axis, axis) for axis in AXES]
 
 
 def _rows(text: str) -> Iterator[tuple[int, str]]:
@@ -121,42 +95,15 @@ def _number(cell: str, separator: str | None) -> float | None:
         return None
 
 
-def _column(text: str) -> _Column:
-    """The head of a column; a suffix counts as a unit only if it is one of length."""
-    plain = text.strip().lower()
-    bracket, suffix = _BRACKETS.fullmatch(plain), _SUFFIX.fullmatch(plain)
-    unit, unknown = None, ""
-    if bracket is not None:
-        plain, unit = bracket["name"], length_unit(bracket["unit"])
-        unknown = "" if unit is not None else bracket["unit"]
-    elif suffix is not None and (unit := length_unit(suffix["unit"])) is not None:
-        plain = suffix["name"]
-    return _Column(text, _PARAVIEW.get(plain, plain), unit, unknown)
-
-
-def _shared_unit(path: Path, axes: Sequence[_Column]) -> _Column:
-    """The column whose unit x, y and z share; the first where there is none.
-
-    Raises:
-        InputError: they have several.
-    """
-    given = [column for column in axes if column.unit is not None]
-    for column in given[1:]:
-        if column.unit != given[0].unit:
-            found = " and ".join(f'"{one.text}"' for one in (given[0], column))
-            raise InputError("two units in its header", file=path, found=found, expected="one for x, y and z")
-    return given[0] if given else axes[0]
-
-
 def _curves(
-    path: Path, data: Sequence[tuple[int, str]], columns: Sequence[_Column], separator: str | None
+    path: Path, data: Sequence[tuple[int, str]], columns: Sequence[ColumnHead], separator: str | None
 ) -> list[Polyline]:
     """Curves of the lines after the header."""
     names = [column.name for column in columns]
     places = [names.index(axis) for axis in AXES]
     radius = next((names.index(name) for name in RADII if name in names), None)
     axes = [columns[i] for i in places]
-    with_unit = _shared_unit(path, axes)
+    with_unit = shared_unit(path, axes)
     found: list[tuple[list[int], list[list[float]]]] = [([], [])]
     for number, content in data:
         if not content:
@@ -164,7 +111,7 @@ def _curves(
                 found.append(([], []))
             continue
         cells = _cells(content, separator)
-        if [_column(cell).name for cell in cells] == names:
+        if [column_head(cell).name for cell in cells] == names:
             continue  # the header again, above another curve
         numbers = [_number(cell, separator) for cell in cells]
         needed = [numbers[i] for i in (*places, *([] if radius is None else [radius])) if i < len(numbers)]

@@ -88,9 +88,8 @@ def _own_factor(rod: Rod, file: CurveFile, lengths: float) -> float:
     """By which the coordinates of a rod that takes its scale from none are multiplied."""
     if isinstance(rod.scale, float | int):
         return float(rod.scale)
-    if file.unit is not None:
-        return lengths * file.unit.millimetres
-    return _vertices(rod, file, rod.length).scale
+    of_unit = file.millimetres(lengths)
+    return _vertices(rod, file, rod.length).scale if of_unit is None else of_unit
 
 
 def _factor(
@@ -108,18 +107,18 @@ def _factor(
     Raises:
         InputError: the scale contradicts the unit in the file.
     """
-    header = "" if file.unit is None else f'the unit in its header ("{file.unit_from}")'
+    of_unit, header = file.millimetres(lengths), f'the unit in its header ("{file.unit_from}")'
     key = f"rods.{number}.scale"
     if rod.scale is None:
-        if file.unit is None:
+        if of_unit is None:
             return None, f"the length of the rod, {rod.length:g} mm"
         scaled = "" if lengths == 1.0 else f", {lengths:g} times as large for --rope"
-        return lengths * file.unit.millimetres, header + scaled
+        return of_unit, header + scaled
     named = isinstance(rod.scale, str)
     factor = own[rod.scale] if isinstance(rod.scale, str) else float(rod.scale)
-    if file.unit is not None and abs(factor / (lengths * file.unit.millimetres) - 1.0) > SAME_FACTOR:
+    if of_unit is not None and abs(factor / of_unit - 1.0) > SAME_FACTOR:
         found = f'"{rod.scale}", {factor:.6g} mm per unit' if named else f"{factor:.6g}"
-        expected = f"{lengths * file.unit.millimetres:g} by {header}, no scale, or a header without a unit"
+        expected = f"{of_unit:g} by {header}, no scale, or a header without a unit"
         raise InputError(f"another unit than in {rod.centerline}", key=key, found=found, expected=expected)
     return factor, f'{key} = "{rod.scale}"' if named else key
 
@@ -178,10 +177,8 @@ def _moved(rod: Rod, before: np.ndarray, after: np.ndarray, *, keep_size: bool) 
 
 
 def _radius_warning(rod: Rod, file: CurveFile, factor: float, lengths: float) -> list[str]:
-    if file.radius is None:
-        return []
-    radius = file.radius * (factor if file.radius_unit is None else lengths * file.radius_unit.millimetres)
-    if abs(radius / rod.radius - 1.0) <= RADIUS:
+    radius = file.radius_in_mm(factor, lengths)
+    if radius is None or abs(radius / rod.radius - 1.0) <= RADIUS:
         return []
     found = f"{2.0 * radius:.4g} mm"
     return [f"{rod.centerline}: its radii make a diameter of {found}; the rod has {rod.diameter:.4g} mm"]
