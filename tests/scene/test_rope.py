@@ -140,7 +140,7 @@ def test_friction_on_obstacles_stays_and_is_said():
 
 def test_rope_of_hold(tmp_path, monkeypatch):
     begun = []
-    monkeypatch.setattr(kf.api, "drive", lambda run, *arguments, **others: begun.append(run.scene))
+    monkeypatch.setattr("knotfem.api.drive", lambda run, *arguments, **others: begun.append(run.scene))
     options = ("--model", "rod", "--tighten", "5 N", "-o", str(tmp_path / "run"), "--yes")
     result = call("hold", "clove-hitch", *options, "--rope", "diameter=10 mm", "friction=0.25")
     assert "rope: clove-hitch of 6 mm" in result.stderr
