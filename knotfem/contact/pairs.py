@@ -108,8 +108,12 @@ class PairContact(Term):
         self.surface.project(x, self.samples.view, self.points, self.pairs)
 
     def search(self, x: np.ndarray) -> None:
-        """Find the near pairs anew; weights of known pairs are kept."""
+        """Find the near pairs anew; weights of known pairs are kept.
+
+        A strand may have slid by more than a radius since the last search: known pairs are followed to x first.
+        """
         old, samples = self.pairs, self.samples
+        self.surface.project(x, samples.view, self.points, old)
         found, at = find_pairs(x, self.surface, samples.view, samples.start, self.points, self.reach)
         self.match = np.empty(len(found), dtype=np.int64)
         stations, before = self.surface.stations, np.stack([old.sample, old.rod], axis=1)

@@ -53,6 +53,18 @@ def test_sliding_force_is_mu_n_against_the_motion(direction):
         np.testing.assert_allclose(f[:2], -mu * normal * way[:2], atol=0.02 * mu * normal)
 
 
+@pytest.mark.parametrize("direction", [(1.0, 0.0), (0.0, 1.0), (0.6, -0.8)])
+def test_a_slide_of_more_than_a_radius_in_one_step_is_a_slide(direction):
+    """Contacts are found anew on the way; what friction remembers goes along, but for samples that were far apart."""
+    mu, way = 0.3, np.array([*direction, 0.0])
+    model, to, fro = crossing(0.3, friction=mu), 1.5 * RADIUS * way, -1.5 * RADIUS * way
+    carried(model, model.x)
+    for by in (to, fro, fro, to):
+        f = carried(model, moved(model, 1, by))
+        normal = model.contact.pairs.force.sum()
+        np.testing.assert_allclose(f, -mu * normal * by / (1.5 * RADIUS), atol=0.1 * mu * normal)
+
+
 @pytest.mark.parametrize(("way", "expected"), [(0.5 * STICK, 0.0), (5.0 * STICK, 4.0)])
 def test_to_and_fro_takes_work_where_contacts_slide(way, expected):
     """Once round: nothing within the stick distance, mu N times the way that sliding makes beyond it."""
