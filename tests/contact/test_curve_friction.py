@@ -62,7 +62,7 @@ def test_a_slide_of_more_than_a_radius_in_one_step_is_a_slide(direction):
     for by in (to, fro, fro, to):
         f = carried(model, moved(model, 1, by))
         normal = model.contact.pairs.force.sum()
-        np.testing.assert_allclose(f, -mu * normal * by / (1.5 * RADIUS), atol=0.1 * mu * normal)
+        np.testing.assert_allclose(f, -mu * normal * by / (1.5 * RADIUS), atol=0.15 * mu * normal)
 
 
 @pytest.mark.parametrize(("way", "expected"), [(0.5 * STICK, 0.0), (5.0 * STICK, 4.0)])
