@@ -11,19 +11,20 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 from rod_common import table
-from scipy.cluster.hierarchy import fcluster, linkage
 
 import knotfem as kf
+from knotfem.contact.report import ContactReport
+from knotfem.stability.crossings import crossings_of
+from knotfem.types import Arrays
 
 WIDTH = 1.5
-"""Standard deviation by which the forces of contact samples are smeared along the rod [mm]."""
-PLACE = 3.0
-"""Contacts of two strands closer along both belong to one place [mm]."""
+"""Standard deviation by which the forces of contact samples are spread along the rod [mm]."""
+LEAST = 0.01
+"""Crossings that bear less of all normal force are left out."""
 
 
-def per_length(run: kf.Run, rod: str, s: np.ndarray) -> np.ndarray:
-    """Normal force per length on a rod [N/mm], shape of `s` [mm]."""
-    c = run.contacts()
+def per_length(c: Arrays, rod: str, s: np.ndarray) -> np.ndarray:
+    """Normal force per length on a rod [N/mm], shape of `s` [mm], of a table of contacts."""
     total = np.zeros_like(s)
     for name, at in (("rod", "arclength_mm"), ("other", "other_arclength_mm")):
         on = c[name] == rod
@@ -32,37 +33,34 @@ def per_length(run: kf.Run, rod: str, s: np.ndarray) -> np.ndarray:
     return total
 
 
-def between(run: kf.Run) -> tuple[np.ndarray, np.ndarray]:
-    """Contacts of first and last rod: arclengths on both [mm], normal force and friction [N], each [n, 2]."""
-    c = run.contacts()
-    first, last = min(c["rod"]), max(c["rod"])
-    on, back = ((c["rod"] == a) & (c["other"] == b) for a, b in ((first, last), (last, first)))
-    there = np.stack((c["arclength_mm"], c["other_arclength_mm"]), axis=1)
-    force = np.stack((c["normal_force_N"], c["friction_force_N"]), axis=1)
-    return np.concatenate((there[on], there[back][:, ::-1])), np.concatenate((force[on], force[back]))
+def centres_of(c: Arrays, rods: list[str], diameter: float) -> np.ndarray:
+    """Arclengths of the crossings of the first rod with the last, on both [mm], shape [crossings, 2]."""
+    number, none = {name: i for i, name in enumerate(rods)}, np.zeros(len(c["rod"]))
+    rod, other = (np.array([number[name] for name in c[column]]) for column in ("rod", "other"))
+    places, force = (c["arclength_mm"], c["other_arclength_mm"]), c["normal_force_N"]
+    slides, normal = c["state"] == "slips", np.zeros((len(none), 3))
+    report = ContactReport(rod, places[0], other, places[1], none, normal, force, c["friction_force_N"], slides)
+    found = [crossing for crossing in crossings_of(report, diameter) if crossing.rods == (0, len(rods) - 1)]
+    total = sum(crossing.force for crossing in found)
+    return np.array([crossing.places for crossing in found if crossing.force > LEAST * total])
 
 
-def centres_of(run: kf.Run) -> np.ndarray:
-    """Places of contact, arclengths on both rods [mm], shape [places, 2], in the order of the first rod."""
-    at, force = between(run)
-    place = fcluster(linkage(at, "single"), PLACE, "distance")
-    heavy = [k for k in range(1, place.max() + 1) if force[place == k, 0].sum() > 0.01 * force[:, 0].sum()]
-    centres = np.array([np.average(at[place == k], axis=0, weights=force[place == k, 0]) for k in heavy])
-    return centres[np.argsort(centres[:, 0])]
-
-
-def places(run: kf.Run, centres: np.ndarray) -> list[tuple[float, ...]]:
-    """For each place: normal force, friction [N], and where they act on both rods [mm].
+def at_crossings(c: Arrays, rods: list[str], centres: np.ndarray) -> list[tuple[float, ...]]:
+    """For each crossing: normal force, friction [N], and where they act on the first and the last rod [mm].
 
     Args:
-        run: of two rods.
-        centres: arclengths on both by which contacts are told apart [mm], shape [places, 2].
+        c: table of contacts.
+        rods: their names.
+        centres: arclengths on both by which contacts are told apart [mm], shape [crossings, 2].
     """
-    at, force = between(run)
+    on, back = ((c["rod"] == a) & (c["other"] == b) for a, b in ((rods[0], rods[-1]), (rods[-1], rods[0])))
+    there = np.stack((c["arclength_mm"], c["other_arclength_mm"]), axis=1)
+    forces = np.stack((c["normal_force_N"], c["friction_force_N"]), axis=1)
+    at, force = np.concatenate((there[on], there[back][:, ::-1])), np.concatenate((forces[on], forces[back]))
     nearest = np.argmin(np.linalg.norm(at[:, None] - centres, axis=2), axis=1)
     rows = []
-    for place in range(len(centres)):
-        here = nearest == place
+    for crossing in range(len(centres)):
+        here = nearest == crossing
         rows.append((*force[here].sum(axis=0), *np.average(at[here], axis=0, weights=force[here, 0])))
     return rows
 
@@ -74,14 +72,15 @@ def main() -> None:
     parser.add_argument("-o", "--out", type=Path, default=Path("contact-map.png"))
     args = parser.parse_args()
     runs = [kf.open_run(folder) for folder in args.runs]
-    rods = sorted(set(runs[0].contacts()["rod"]))
+    contacts = [run.contacts() for run in runs]
+    rods = sorted(set(contacts[0]["rod"].tolist()))
     figure, axes = plt.subplots(2, len(rods), sharex="col", sharey="row", figsize=(9.0, 5.0), squeeze=False)
     for column, rod in zip(axes.T, rods, strict=True):
-        for run, folder in zip(runs, args.runs, strict=True):
+        for run, c, folder in zip(runs, contacts, args.runs, strict=True):
             profile = run.tension().of(rod)
             s = profile.arclength
             fine = np.linspace(s.min(), s.max(), 800)
-            column[0].plot(fine, 1e3 * per_length(run, rod, fine), label=folder.name)
+            column[0].plot(fine, 1e3 * per_length(c, rod, fine), label=folder.name)
             column[1].plot(s, profile.tension)
         column[0].set_title(f"rod {rod}")
         column[1].set_xlabel("arclength [mm]")
@@ -90,10 +89,10 @@ def main() -> None:
     axes[0, 0].legend()
     figure.tight_layout()
     figure.savefig(args.out, dpi=150)
-    centres = centres_of(runs[-1])
-    for run, folder in zip(runs, args.runs, strict=True):
-        heads = ("normal force, N", "friction, N", f"on {rods[0]}, mm", f"on {rods[-1]}, mm")
-        table(str(folder), heads, places(run, centres))
+    centres = centres_of(contacts[-1], rods, min(rod.diameter for rod in runs[-1].scene.rods))
+    heads = ("normal force, N", "friction, N", f"on {rods[0]}, mm", f"on {rods[-1]}, mm")
+    for c, folder in zip(contacts, args.runs, strict=True):
+        table(str(folder), heads, at_crossings(c, rods, centres))
 
 
 if __name__ == "__main__":

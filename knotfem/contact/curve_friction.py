@@ -53,9 +53,7 @@ def _assemble(
         friction.slip[k] = 0.0
         for i in range(3):
             friction.traction[k, i] = 0.0
-        limit, slope = friction_limit(
-            pairs.gap[k], pairs.law, friction.mu[k], samples.measure[s] * pairs.weight[k]
-        )  # fmt: skip
+        limit, slope = friction_limit(pairs.gap[k], pairs.law, friction.mu[k], samples.measure[s] * pairs.weight[k])
         if limit == 0.0:
             continue
         size, h, ahead = pair_slip(x, frames, curves, samples, points, (pairs, k), friction, room)

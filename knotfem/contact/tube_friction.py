@@ -115,9 +115,7 @@ def _assemble(
             friction.traction[k, i] = 0.0
         s: int = pairs.sample[k]
         rod: int = pairs.rod[k]
-        limit, slope = friction_limit(
-            pairs.gap[k], pairs.law, friction.mu[k], samples.measure[s] * pairs.weight[k]
-        )  # fmt: skip
+        limit, slope = friction_limit(pairs.gap[k], pairs.law, friction.mu[k], samples.measure[s] * pairs.weight[k])
         if limit == 0.0:
             continue
         g = tube_pair_geometry(x, tubes, samples, points[s], s, rod, pairs.at[k], room)

@@ -40,6 +40,10 @@ def ways_of(tangent: Ends, outward: Ends) -> list[Ends]:
     return [tangent, outward, *((direction, direction) for direction in random_directions())]
 
 
+BY = " (by "
+"""What follows the name of a knot where closures disagree."""
+
+
 @dataclass(frozen=True)
 class Closures:
     """Knot types of one open curve.
@@ -70,7 +74,12 @@ class Closures:
         others = Counter(kind.name for kind in self.kinds if kind.jones != most.jones).most_common()
         said = ", ".join(f"{name} by {count}" for name, count in others)
         along = "" if self.kinds[0].jones == most.jones else f", {self.kinds[0].name} along its tangents"
-        return f"{most.name} (by {same} of {total} closures; {said}{along})"
+        return f"{most.name}{BY}{same} of {total} closures; {said}{along})"
+
+
+def name_of(said: str) -> str:
+    """The knot of most closures, in the words of a `Closures`."""
+    return said.partition(BY)[0]
 
 
 def closures_of(points: ArrayLike, ways: Sequence[Ends]) -> Closures:

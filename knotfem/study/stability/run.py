@@ -22,6 +22,7 @@ from knotfem.study.stability.grid import COLLECT, FRICTION, KEPT, KEYS, STIFFNES
 from knotfem.study.sweep.plan import Planned, cost_of
 from knotfem.study.sweep.points import WAITING, Asked, Points, folder_at
 from knotfem.study.sweep.table import StudyTable
+from knotfem.topology.closures import name_of
 
 BOWLINE = "8_20"
 """Knot of a bowline whose ends are continued to infinity."""
@@ -30,7 +31,7 @@ MODELS = ("fem", "rod")
 
 def is_bowline(knots: Iterable[str]) -> bool:
     """Whether all points with a knot are bowlines by most closures, such as "8_20 (by 11 of 12 closures; 6_3 by 1)"."""
-    return {knot.partition(" ")[0] for knot in knots if knot} == {BOWLINE}
+    return {name_of(knot) for knot in knots if knot} == {BOWLINE}
 
 
 def stability(
