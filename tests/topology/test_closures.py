@@ -11,6 +11,7 @@ from knotfem.topology.closures import (
     check_smoothing,
     closures_of,
     is_knotted,
+    name_of,
     random_directions,
     ways_of,
 )
@@ -43,7 +44,9 @@ def test_closures_that_agree_are_called_by_the_name_alone() -> None:
 def test_closures_that_disagree_say_so() -> None:
     tied, other = knot_type(trefoil(0.97)), knot_type(trefoil(0.2))
     assert str(Closures((other, *(tied,) * 11))) == "3_1 (by 11 of 12 closures; unknot by 1, unknot along its tangents)"
-    assert str(Closures((tied, other, tied))) == "3_1 (by 2 of 3 closures; unknot by 1)"
+    said = str(Closures((tied, other, tied)))
+    assert said == "3_1 (by 2 of 3 closures; unknot by 1)"
+    assert [name_of(text) for text in (said, str(Closures((tied,))), "hitch")] == ["3_1", "3_1", "hitch"]
     assert Closures((other, tied)).most == other
     mirror = KnotType(tied.name, "left", tied.jones.mirror, 3)
     assert str(Closures((tied, tied, mirror))) == "3_1 (by 2 of 3 closures; 3_1 by 1)"
