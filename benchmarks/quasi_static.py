@@ -9,16 +9,14 @@ Run with: python benchmarks/quasi_static.py MODEL [KNOT] ...    with MODEL rod o
 from __future__ import annotations
 
 import sys
-import tempfile
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from rod_common import table
-from rod_wraps import pull
 
 import knotfem as kf
+from knotfem.verify.benchmarks.wraps import pull
 
 KNOTS: dict[str, tuple[float, ...]] = {
     "bowline": (9.0, 60.0, 99.0),
@@ -42,12 +40,12 @@ CHANGES: dict[str, dict[str, Any]] = {
 """What is changed; `speed` is a factor on that of all pulls."""
 
 
-def run_of(knot: str, model: str, changes: Mapping[str, Any], folder: Path) -> kf.Run:
+def run_of(knot: str, model: str, changes: Mapping[str, Any]) -> kf.Run:
     """A knot pulled as its scene says, but for the changes."""
     changed = {"model": model, "output.fields": False, **changes}
     speed = changed.pop("speed", 1.0)
     if knot == "thin-overhand":
-        return pull(1, folder, **changed)[0]
+        return pull(1, **changed)[0]
     for i, step in enumerate(kf.load_scene(knot).steps):
         if step.kind == "pull":
             changed[f"steps.{i}.speed"] = f"{speed * step.nominal_speed} mm/s"
@@ -59,8 +57,7 @@ def main(model: str, knots: list[str]) -> None:
     for knot in knots:
         rows, first = [], None
         for name, changes in CHANGES.items():
-            with tempfile.TemporaryDirectory() as folder:
-                run = run_of(knot, model, changes, Path(folder))
+            run = run_of(knot, model, changes)
             force = run.force.at(np.array(KNOTS[knot]))
             first = force if first is None else first
             pulled = np.isin(run.events["step"], list(run.force.spans))

@@ -25,8 +25,6 @@ from scipy.interpolate import CubicSpline
 from knotfem.contact.collect import contact_report
 from knotfem.contact.curve_pairs import hertz_line_stiffness
 from knotfem.contact.report import ContactReport
-from knotfem.geometry.curve import interpolate
-from knotfem.geometry.resample import equal_chords
 from knotfem.geometry.vectors import unit_vectors
 from knotfem.models.rod.assembly import DiscreteRods
 from knotfem.models.rod.spec import ContactSpec
@@ -41,6 +39,7 @@ from knotfem.solver.term import Role
 from knotfem.terms.inertia import Inertia
 from knotfem.theory import braid_force, braid_wave_number, loose_knot_contact_force, loose_knot_force
 from knotfem.theory.loose import SIGMA
+from knotfem.verify.benchmarks.wraps import torus_knot
 
 ALONG = np.array([1.0, 0.0, 0.0])
 RANGES = (
@@ -72,25 +71,6 @@ class Frame:
     sliding: float
     drag: float
     wave: float
-
-
-def torus_knot(n: int, radius: float, loop: float, segments: int, length: float) -> np.ndarray:
-    """Nodes of an open (2, 2n + 1) torus knot along x: 2n + 1 half turns of two strands, a loop, straight tails."""
-    offset, turns = 1.3 * radius, 2 * n + 1
-    half = 0.8 * turns * np.sqrt(radius * loop)
-    s = np.linspace(-1.0, 1.0, 40 * turns)
-    angle = 0.5 * np.pi * (turns * (1.0 + s) - 1.0)
-    first = np.stack([half * s, offset * np.sin(angle), offset * np.cos(angle)], axis=1)
-    second = first * [1.0, -1.0, -1.0]
-    size = max(loop, 1.5 * half)
-    phi = np.linspace(0.0, 2.0 * np.pi, 60) - 0.5 * np.pi
-    circle = np.stack([size * np.cos(phi), size * (1.0 + np.sin(phi)) + offset, 0.0 * phi], axis=1)
-    circle = circle[np.hypot(circle[:, 0], circle[:, 1] - offset) > 1.2 * half]
-    tail = np.stack([np.linspace(-0.5 * length, -1.3 * half, 30), np.full(30, -offset), np.zeros(30)], axis=1)
-    curve = interpolate(np.concatenate([tail, first, circle, second, tail[::-1] * [-1.0, 1.0, 1.0]]))
-    fine = equal_chords(curve, 8 * segments).points
-    spare = int(0.5 * (len(fine) - 1 - length / np.linalg.norm(fine[1] - fine[0])))
-    return equal_chords(interpolate(fine[spare : len(fine) - spare]), segments, length).points
 
 
 def tighten(n: int, friction: float, first: float, loops: Sequence[float]) -> list[Frame]:

@@ -238,7 +238,7 @@ class VerdictWatch:
         if not (due or output):
             return ""
         self._named = x
-        found = ties.undone(self._before, self._reader.read(self.model.centrelines(x)))
+        found = self._reader.undone(self._before, self.model.centrelines(x))
         if not found and len(self.model.rods) > 1:
             found = self._monitor.lost(self.knots, x)
         return found

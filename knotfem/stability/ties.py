@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,12 +11,17 @@ import numpy as np
 
 from knotfem.geometry.frames import tangents
 from knotfem.scene.effects import Cylinder
-from knotfem.topology.knot_type import knot_type
+from knotfem.topology.knot_type import KnotType, knot_type
 from knotfem.topology.linking import Ends, winding_angle
 from knotfem.topology.words import come_undone
 
 LEAST_UNWINDING = 0.5 * math.pi
 """A hitch whose rod has turned by less about the obstacle is what it was."""
+
+
+def turns(winding: float) -> int:
+    """Whole turns of a winding angle [rad]."""
+    return round(winding / (2.0 * math.pi))
 
 
 @dataclass(frozen=True)
@@ -43,7 +48,7 @@ class RodTies:
     @property
     def linking(self) -> tuple[int, ...]:
         """Linking number with each obstacle."""
-        return tuple(round(winding / (2.0 * math.pi)) for winding in self.windings)
+        return tuple(turns(winding) for winding in self.windings)
 
     @property
     def trivial(self) -> bool:
@@ -75,27 +80,47 @@ class TieReader:
         """
         return [self._of_rod(rod, line) for rod, line in enumerate(lines)]
 
+    def undone(self, before: Sequence[RodTies], lines: Sequence[np.ndarray]) -> str:
+        """What is no longer tied as it was, in words; "" for nothing.
+
+        Args:
+            before: ties that they had.
+            lines: centrelines now [mm], shape [n, 3] each.
+        """
+        for rod, (old, line) in enumerate(zip(before, lines, strict=True)):
+            found = self._knot_undone(rod, old, line) if old.knotted else self._hitch_undone(old, line)
+            if found:
+                return found
+        return ""
+
     def _of_rod(self, rod: int, line: np.ndarray) -> RodTies:
-        t = tangents(line)
-        kinds = [knot_type(line, ends) for ends in (*self.fixed[rod], (-t[0], t[-1]))]
-        windings = tuple(winding_angle(line, obstacle.point, obstacle.axis) for obstacle in self.obstacles)
+        kinds = list(self._kinds(rod, line))
         names, jones = tuple(kind.name for kind in kinds), tuple(str(kind.jones) for kind in kinds)
-        return RodTies(self.names[rod], names, jones, windings)
+        return RodTies(self.names[rod], names, jones, self._windings(line))
 
+    def _kinds(self, rod: int, line: np.ndarray) -> Iterator[KnotType]:
+        t = tangents(line)
+        return (knot_type(line, ends) for ends in (*self.fixed[rod], (-t[0], t[-1])))
 
-def undone(before: Sequence[RodTies], now: Sequence[RodTies]) -> str:
-    """What is no longer tied as it was, in words; "" for nothing."""
-    for old, new in zip(before, now, strict=True):
-        if old.knotted:
-            if all(a != b for a, b in zip(old.jones, new.jones, strict=True)):
-                became = new.knots[0] if new.knotted else ""
-                knot = old.knots[0]
-                return f"the {knot} of {old.name} has become {became}" if became else come_undone(knot, old.name)
-            continue
-        for number, (a, b) in enumerate(zip(old.linking, new.linking, strict=True)):
-            if a != b and a != 0 and abs(old.windings[number] - new.windings[number]) > LEAST_UNWINDING:
+    def _windings(self, line: np.ndarray) -> tuple[float, ...]:
+        return tuple(winding_angle(line, obstacle.point, obstacle.axis) for obstacle in self.obstacles)
+
+    def _knot_undone(self, rod: int, old: RodTies, line: np.ndarray) -> str:
+        """The first closure that is as it was decides; the others are not computed then."""
+        became: list[str] = []
+        for jones, kind in zip(old.jones, self._kinds(rod, line), strict=True):
+            if str(kind.jones) == jones:
+                return ""
+            became.append(kind.name)
+        if all(name != "unknot" for name in became):
+            return f"the {old.knots[0]} of {old.name} has become {became[0]}"
+        return come_undone(old.knots[0], old.name)
+
+    def _hitch_undone(self, old: RodTies, line: np.ndarray) -> str:
+        for a, b in zip(old.windings, self._windings(line), strict=True):
+            if turns(a) not in (0, turns(b)) and abs(a - b) > LEAST_UNWINDING:
                 return come_undone("hitch", old.name)
-    return ""
+        return ""
 
 
 def stored(ties: Sequence[RodTies]) -> list[dict[str, Any]]:

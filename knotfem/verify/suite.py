@@ -17,7 +17,8 @@ def closed_forms() -> list[Case]:
         slope,
         small_motions,
         solids,
+        wraps,
     )
 
     rods = [*bending.CASES, *solids.CASES, *small_motions.CASES, *oscillator.CASES]
-    return [*rods, *hertz.CASES, *contact_patch.CASES, *slope.CASES, *capstan.CASES, *overhand.CASES]
+    return [*rods, *hertz.CASES, *contact_patch.CASES, *slope.CASES, *capstan.CASES, *overhand.CASES, *wraps.CASES]

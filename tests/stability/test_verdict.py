@@ -7,8 +7,9 @@ import pytest
 
 from knotfem.scene import load_scene
 from knotfem.scene.effects import Cylinder
+from knotfem.stability import ties
 from knotfem.stability.ends import deciding_steps, free_ends, loaded_ends
-from knotfem.stability.ties import TieReader, restored, stored, undone
+from knotfem.stability.ties import TieReader, restored, stored
 from knotfem.stability.verdict import Signs, in_words, verdict_of
 
 SIGNS = {"lost": "", "at_rest": False, "through": 0.0, "rate": math.nan, "diameter": 6.0}
@@ -66,9 +67,21 @@ def test_a_rod_that_is_drawn_out_of_its_knot_has_come_undone():
     read = reader(tied)
     before = read.read([tied])
     assert before[0].knotted
-    assert undone(before, before) == ""
-    assert undone(before, read.read([trefoil(0.5)])) == "the 3_1 of rod has come undone"
+    assert read.undone(before, [tied]) == ""
+    assert read.undone(before, [trefoil(0.5)]) == "the 3_1 of rod has come undone"
     assert restored(stored(before)) == before
+
+
+def test_the_first_closure_that_is_as_it_was_decides(monkeypatch):
+    tied = trefoil(0.93)
+    read = reader(tied)
+    before = read.read([tied])
+    asked, named = [], ties.knot_type
+    monkeypatch.setattr(ties, "knot_type", lambda line, ends: asked.append(ends) or named(line, ends))
+    assert read.undone(before, [tied]) == ""
+    assert len(asked) == 1
+    assert read.undone(before, [trefoil(0.5)])
+    assert len(asked) == 4
 
 
 def test_an_end_that_only_swings_undoes_nothing():
@@ -79,7 +92,7 @@ def test_an_end_that_only_swings_undoes_nothing():
     turned = tied.copy()
     inward = tied[:-1].mean(axis=0) - tied[-1]
     turned[-1] = tied[-2] + 0.5 * inward / np.linalg.norm(inward)
-    assert undone(before, read.read([turned])) == ""
+    assert read.undone(before, [turned]) == ""
 
 
 def test_a_hitch_comes_undone_when_it_unwinds():
@@ -92,5 +105,5 @@ def test_a_hitch_comes_undone_when_it_unwinds():
     read = reader(coil(2.0), (cylinder,))
     before = read.read([coil(2.0)])
     assert before[0].linking == (2,)
-    assert undone(before, read.read([coil(1.6)])) == ""
-    assert undone(before, read.read([coil(1.3)])) == "the hitch of rod has come undone"
+    assert read.undone(before, [coil(1.6)]) == ""
+    assert read.undone(before, [coil(1.3)]) == "the hitch of rod has come undone"
