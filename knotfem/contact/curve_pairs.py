@@ -123,27 +123,43 @@ def _smooth_step(y: float) -> float:
 
 
 @kernel
+def _bend(x: np.ndarray, first: int, count: int, u: float, q: np.ndarray, metric: float) -> float:
+    """How much a rod bends towards q at u, q . a''/a'^2; where pieces of the curve join, the larger of theirs."""
+    middle = middle_station(u, count)
+    beside = middle_station(middle + np.sign(u - middle), count)
+    here = there = 0.0
+    for i in range(3):
+        here += q[i] * (x[first + middle - 1, i] - 2.0 * x[first + middle, i] + x[first + middle + 1, i])
+        there += q[i] * (x[first + beside - 1, i] - 2.0 * x[first + beside, i] + x[first + beside + 1, i])
+    near = min(2.0 * abs(u - middle), 1.0)
+    return (here + near * max(there - here, 0.0)) / metric
+
+
+@kernel
 def _pair_weights(
     x: np.ndarray, curves: CurveView, samples: SampleView, points: np.ndarray, pairs: PairView, weight: np.ndarray
 ) -> None:
     room = curve_room()
-    first, second = np.empty(3), np.empty(3)
+    slope, back = np.empty(3), np.empty(3)
     for k in range(pairs.sample.size):
         s: int = pairs.sample[k]
         rod: int = pairs.rod[k]
-        count = curves.first[rod + 1] - curves.first[rod]
+        first: int = curves.first[rod]
+        count = curves.first[rod + 1] - first
         found, _, inside = project(x, curves, rod, points[s], pairs.at[k, 0], room)
         if not inside:
             weight[k] = 0.0
             continue
         for i in range(3):
-            first[i] = second[i] = 0.0
+            slope[i] = 0.0
+            back[i] = -room.q[i]
             for a in range(3):
-                first[i] += samples.rates[s, 0, a] * x[samples.nodes[s, a], i]
-                second[i] += samples.rates[s, 1, a] * x[samples.nodes[s, a], i]
-        q, C = room.q, room.C
-        own = max(1.0 - dot(q, C[2]) / dot(C[1], C[1]), 0.0)
-        other = max(1.0 + dot(q, second) / dot(first, first), 0.0)
+                slope[i] += samples.rates[s, 0, a] * x[samples.nodes[s, a], i]
+        secondary: int = samples.rod[s]
+        begin: int = curves.first[secondary]
+        nodes = curves.first[secondary + 1] - begin
+        own = max(1.0 - _bend(x, first, count, found, room.q, dot(room.C[1], room.C[1])), 0.0)
+        other = max(1.0 - _bend(x, begin, nodes, samples.at[s, 0], back, dot(slope, slope)), 0.0)
         lean = (own - other) / max(own + other, 1e-300)
         weight[k] = _smooth_step(0.5 + 0.5 * lean / WIDE_BEND) * _smooth_step((own - CUP[0]) / (CUP[1] - CUP[0]))
         weight[k] *= min(max(1.0 + min(found, count - 1.0 - found), 0.0), 1.0)
@@ -242,7 +258,7 @@ class CurveSurface:
         layout: of the rods.
     """
 
-    limits, parameters, width, settled = LIMITS, 1, 4, True
+    limits, parameters, width = LIMITS, 1, 4
 
     def __init__(self, layout: RodLayout) -> None:
         radius = np.asarray(layout.radius, dtype=float)

@@ -94,11 +94,8 @@ class PairContact(Term):
         return np.unique(np.concatenate(keys)) if keys else None
 
     def begin(self, step: TimeStep) -> None:
-        """Weights of pairs that are apart, or of all where the surface lets them follow the closest point."""
-        apart = self.pairs.gap >= self.law.onset if self.surface.settled else np.ones(len(self.match), dtype=bool)
-        if apart.any():
-            chosen = self._view(*(part[apart] for part in self.pairs[:6]))
-            self.pairs.weight[apart] = self.surface.weights(step.start.x, self.samples, self.points, chosen)
+        """Weights follow the closest points from step to step."""
+        self.pairs.weight[:] = self.surface.weights(step.start.x, self.samples, self.points, self.pairs)
 
     def update(self, x: np.ndarray) -> None:
         sample_points(x, self.samples.view.nodes, self.samples.view.weights, self.points)

@@ -88,7 +88,6 @@ class Surface(Protocol):
         limits: of the search.
         parameters: number of parameters of a point.
         width: unknowns of a node.
-        settled: whether the weight of a pair stays as it is while the pair is in contact.
     """
 
     view: SurfaceView
@@ -96,7 +95,6 @@ class Surface(Protocol):
     limits: SearchLimits
     parameters: int
     width: int
-    settled: bool
 
     def project(self, x: np.ndarray, samples: SampleView, points: np.ndarray, pairs: PairView) -> None:
         """Closest points and gaps of pairs at positions x, from where they were, into `pairs`.

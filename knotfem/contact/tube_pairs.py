@@ -303,7 +303,7 @@ class TubeSurface:
         tubes: of all rods.
     """
 
-    limits, parameters, width, settled = LIMITS, 2, 3, False
+    limits, parameters, width = LIMITS, 2, 3
 
     def __init__(self, tubes: Tubes) -> None:
         self.view, self.stations = tubes.view, tubes.stations

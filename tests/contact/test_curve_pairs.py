@@ -70,6 +70,23 @@ def test_a_strand_round_another_carries_the_contact():
     assert force[1] == pytest.approx(0.2 * hertz_line_stiffness(YOUNGS, 0.5) * 3.0 * R, rel=0.05)
 
 
+def test_samples_have_no_weight_where_another_strand_begins_to_bend_round_them():
+    """Its curvature jumps where pieces of the curve join; beyond the join there is no closest point that stays."""
+    directions = np.array([*np.zeros(9), *0.4 * np.arange(1, 6)])
+    steps = 2.0 * np.stack([np.cos(directions), 0.0 * directions, np.sin(directions)], axis=1)
+    hook = np.cumsum([[-17.0, 0.0, 0.1 - 2 * RADIUS], *steps], axis=0)
+    core = line(20, 40.0)[:, [1, 0, 2]] - [0.1, 20.0, 0.0]
+    model = begun(Rods([spec(core), spec(hook)], contact()))
+    pairs, samples = model.contact.pairs, model.contact.samples
+    of_core = samples.rod[pairs.sample] == 0
+    touching = of_core & (np.abs(pairs.gap + 0.1) < 0.05)
+    assert touching.any()
+    assert pairs.weight[touching].max() < 0.01
+    opposite = ~of_core & (np.abs(samples.view.at[pairs.sample, 0] - 8.5) < 0.2)
+    assert opposite.any()
+    assert pairs.weight[opposite].min() > 0.99
+
+
 def test_neighbours_along_a_strand_do_not_touch():
     phi = np.linspace(0.0, 3.0, 31)
     hairpin = RADIUS * 1.05 * np.stack([np.sin(phi), np.cos(phi), 0 * phi], axis=1)

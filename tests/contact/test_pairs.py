@@ -177,19 +177,15 @@ def touching_anew(touching) -> PairContact:
     return PairContact(contact.surface, contact.samples, contact.law)
 
 
-def test_weights_of_pairs_in_contact_are_settled_where_the_surface_says_so(touching):
-    """Weights that change while a pair carries force would do work that no force does."""
+def test_weights_follow_the_closest_points_from_step_to_step(touching):
+    """A strand may bend round another that it touches already: samples of the other see no closest point then."""
     contact, x = touching.contact, touching.x
     residual([contact], x)
     fresh = contact.pairs.weight.copy()
     contact.pairs.weight[:] = 0.3
     contact.begin(TimeStep(Motion.at_rest(x), 0.1))
-    pressed = contact.pairs.force > 0.0
-    assert pressed.any()
-    assert not pressed.all()
-    assert contact.surface.settled == (touching.parameters == 1)
-    expected = np.where(pressed & contact.surface.settled, 0.3, fresh)
-    np.testing.assert_allclose(contact.pairs.weight, expected, atol=1e-12)
+    assert (contact.pairs.force > 0.0).any()
+    np.testing.assert_allclose(contact.pairs.weight, fresh, atol=1e-12)
 
 
 def test_known_pairs_keep_their_weights_in_a_search(touching):
