@@ -27,7 +27,7 @@ class Ends:
         clamps: ends of discrete rods whose orientation is given.
         loads: forces.
         drives: driven and loaded ends, the first being the one that tables report: the first driven one, else the first
-            loaded one.
+            loaded one. In a step that has none, the one reported before, if it is held.
     """
 
     prescribed: list[Prescribed] = field(default_factory=list)
@@ -54,9 +54,25 @@ def ends_of(model: Model, step: Step, origin: State, before: dict[str, np.ndarra
                 _add_constraint(ends, model, (rod, side), end, step, origin)
     if isinstance(step, Relax) and step.frozen:
         ends.prescribed += [_frozen(model, rod, origin) for rod in range(len(model.rods))]
+    if not ends.drives:
+        ends.drives += _still_reported(model, step, ends.supports)
     driven = ends.supports
     ends.drives.sort(key=lambda drive: drive[0] not in driven)
     return ends
+
+
+def _still_reported(model: Model, step: Step, supports: dict[str, np.ndarray]) -> list[Drive]:
+    """The end that the steps before have driven or loaded last, where it is held now."""
+    names = [each.name for each in model.scene.steps]
+    for earlier in reversed(model.scene.steps[: names.index(step.name)]):
+        moved = [*earlier.having(Driven), *earlier.having(Loaded)]
+        if not moved:
+            continue
+        name, side = moved[0]
+        rod = [each.name for each in model.rods].index(name)
+        label, end = model.end_label(rod, side), getattr(earlier.ends[name], side)
+        return [(label, supports[label], unit(end.direction))] if label in supports else []
+    return []
 
 
 def _frozen(model: Model, rod: int, origin: State) -> Prescribed:

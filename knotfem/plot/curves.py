@@ -22,6 +22,8 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#0
 LINES = ("-", "--", ":", "-.")
 FORCE_LABELS = {"N": r"force $F$ (N)", "B/r^2": r"force $F r^2 / B$"}
 """Of the vertical axis, by the unit of the force."""
+LATE = 0.5
+"""Curves that begin beyond this fraction of the largest displacement are drawn without what lies before."""
 
 
 def draw_force(
@@ -45,12 +47,13 @@ def draw_force(
         unbalanced: displacements [mm] between which the one curve is not of equilibria, shaded.
         named: whether there is a legend.
     """
-    start, lowest = 0.0, 0.0
+    start, furthest, lowest = np.inf, 0.0, 0.0
     for (label, table), (colour, line) in zip(curves.items(), styles(curves), strict=True):
         unit = 1.0 if axis == "mm" else radii[label]
         displacement, force = column(table, "displacement_mm") / unit, column(table, "force_N")
         axes.plot(displacement, force, color=colour, ls=line, label=(literal(label) or None) if named else None)
-        start, lowest = min([start, *displacement[:1]]), min([lowest, *force])
+        start, furthest = min([start, *displacement[:1]]), max([furthest, *displacement[-1:]])
+        lowest = min([lowest, *force])
         for first, last in unbalanced if len(curves) == 1 else ():
             axes.axvspan(first / unit, last / unit, color="0.9", zorder=0, lw=0)
         width = (bands or {}).get(label)
@@ -61,7 +64,8 @@ def draw_force(
             )  # fmt: skip
     in_mm = axis == "mm"
     axes.set(xlabel=r"displacement $\delta$ (mm)" if in_mm else r"displacement $\delta / r$", ylabel=FORCE_LABELS["N"])
-    axes.set_xlim(left=start)
+    late = np.isfinite(start) and start > LATE * furthest
+    axes.set_xlim(left=start if late else min(start, 0.0))
     if lowest >= 0.0:
         axes.set_ylim(bottom=0.0)
     if axis == "both" and curves:

@@ -88,7 +88,7 @@ def plot_tension(
     curves: Mapping[str, Table],
     out: str | Path,
     *,
-    applied: float,
+    applied: float | None,
     levels: Sequence[float] = (),
     drops: Sequence[tuple[float, float]] = (),
     title: str | None = None,
@@ -101,14 +101,15 @@ def plot_tension(
     Args:
         curves: tables with the columns `s_over_L`, `tension_N`, `core_N` and `bulk_N` (of tension.csv), by label.
         out: file to write (.png, .pdf, .svg).
-        applied: force T0 at the loading end in N, the unit of the vertical axis.
-        levels: expected levels of T/T0, drawn dashed (plateau, tail load).
+        applied: force F at the reported end in N, the unit of the vertical axis; None for N.
+        levels: expected levels of the vertical axis, drawn dashed (plateau, tail load).
         drops: intervals of s/L in which a drop is expected, shaded.
         title: heading.
 
     Raises:
         InputError: a column or the format is unknown, or the file cannot be written.
     """
+    unit = 1.0 if applied is None else applied
     whole = Sheet()
     parted = len(curves) == 1
     sheet = replace(whole, height=1.4 * whole.height) if parted else whole
@@ -118,18 +119,18 @@ def plot_tension(
         for level in levels:
             axes.axhline(level, color="0.5", lw=0.8, ls="--")
         for (colour, line), (label, table) in zip(styles(curves), curves.items(), strict=True):
-            s, tension = column(table, "s_over_L"), column(table, "tension_N") / applied
+            s, tension = column(table, "s_over_L"), column(table, "tension_N") / unit
             axes.plot(s, tension, color=colour, ls=line, label=literal(label) or "nodal forces", zorder=3)
             for lower in below:
-                core, bulk = column(table, "core_N") / applied, column(table, "bulk_N") / applied
+                core, bulk = column(table, "core_N") / unit, column(table, "bulk_N") / unit
                 every = max(1, len(s) // 60)
                 style: dict[str, Any] = {"ls": "none", "marker": "o", "ms": 3.2, "mfc": "none", "mew": 0.8, "zorder": 4}
                 axes.plot(s[::every], (core + bulk)[::every], color="k", label="stresses", **style)
                 lower.plot(s, core, color=COLOURS[1], lw=0.9, label="core")
                 lower.plot(s, bulk, color=COLOURS[2], lw=0.9, label="bulk")
-                lower.set_ylabel(r"parts, over $T_0$")
+                lower.set_ylabel("parts (N)" if applied is None else r"parts, over $F$")
                 legend(lower)
-        axes.set(ylabel=r"tension $T / T_0$", xlim=(0, 1))
+        axes.set(ylabel=r"tension $T$ (N)" if applied is None else r"tension $T / F$", xlim=(0, 1))
         (axes, *below)[-1].set_xlabel(r"arclength $s / L$")
         legend(axes)
 

@@ -44,17 +44,19 @@ class RunFigures:
             curve = force_curve(done, name or run.path.name)
             displacement, force = curve.drawn
             bands = {} if curve.band is None else {curve.label: curve.band}
-            plots.plot_force(
-                {curve.label: {"displacement_mm": displacement, "force_N": force}},
-                run.path / "force.png",
-                radius=0.5 * run.scene.diameter,
-                bands=bands,
-                unbalanced=curve.unbalanced,
-            )
+            if displacement.size > 1:
+                plots.plot_force(
+                    {curve.label: {"displacement_mm": displacement, "force_N": force}},
+                    run.path / "force.png",
+                    radius=0.5 * run.scene.diameter,
+                    bands=bands,
+                    unbalanced=curve.unbalanced,
+                )
         stored = StoredStates.of(run.path, done.table("tension"))
         if not stored.moments:
             return
         last = stored.profile()
         curves = {"" if len(last.rods) == 1 else rod: last.of(rod).table for rod in sorted(last.rods)}
-        applied = force_at(done, last.moment) or float(np.abs(last.tension).max()) or 1.0
+        force = force_at(done, last.moment)
+        applied = force if force > 0.0 else None
         plots.plot_tension(curves, run.path / "tension.png", applied=applied, title=moment_heading(last.moment))

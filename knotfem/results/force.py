@@ -36,6 +36,8 @@ class ForceCurve:
         spans: first and last time [s] of each pull, and the displacement at which it set out [mm], by its name.
         unbalanced: displacements between which the curve is not one of equilibria, as the scene asks for them [mm].
         band: root mean square error that was measured for the settings [N]; None where it was not.
+        equilibria: displacement [mm] and force [N] of the reported end in the equilibria of all loading steps, in steps
+            in real time in all states.
     """
 
     label: str
@@ -46,6 +48,7 @@ class ForceCurve:
     spans: dict[str, tuple[float, float, float]]
     unbalanced: list[tuple[float, float]] = field(default_factory=list)
     band: float | None = None
+    equilibria: tuple[np.ndarray, np.ndarray] = (np.zeros(0), np.zeros(0))
 
     def at(self, displacement: np.ndarray | float | str) -> np.ndarray:
         """Force at displacements within the curve [N]; where it jumps at one of them, before the jump.
@@ -71,11 +74,8 @@ class ForceCurve:
 
     @property
     def drawn(self) -> tuple[np.ndarray, np.ndarray]:
-        """Displacement [mm] and force [N] of the pulls; without one, of the reported end in all loading steps."""
-        if self.displacement.size:
-            return self.displacement, self.force
-        table = self.run.table("force")
-        return table["displacement_mm"], table["force_N"]
+        """Displacement [mm] and force [N] of the pulls; without one, `equilibria`."""
+        return (self.displacement, self.force) if self.displacement.size else self.equilibria
 
     def __repr__(self) -> str:
         reach = f"{self.displacement[0]:g} to {self.displacement[-1]:g} mm" if self.displacement.size else "no pull"
@@ -124,11 +124,13 @@ def force_curve(run: RunData, label: str | None = None) -> ForceCurve:
             raise InputError("no such column", file=run.path, key=column, found=",".join(table))
     steps, spans, unbalanced = {}, {}, []
     displacement, force = [np.zeros(0)], [np.zeros(0)]
+    held: list[np.ndarray] = [np.zeros(0, dtype=int)]
     for step in run.scene.loading_steps:
         rows = np.flatnonzero(table["step"] == step.name)
         if not rows.size:
             continue
         balanced = table["equilibrium"][rows] > 0 if "equilibrium" in table else np.ones(rows.size, dtype=bool)
+        held.append(rows if step.real else rows[balanced])
         if not step.real and balanced.any():
             rows, balanced = rows[balanced], balanced[balanced]
         steps[step.name] = table["time_s"][rows], table["force_N"][rows]
@@ -141,7 +143,9 @@ def force_curve(run: RunData, label: str | None = None) -> ForceCurve:
             spans[step.name] = end - float(went[-1]) / step.nominal_speed, end, float(there[-1] - went[-1])
     name = run.name if label is None else label
     joined = np.concatenate(displacement), np.concatenate(force)
-    return ForceCurve(name, run, steps, *joined, spans, unbalanced, band_of(run))
+    every = np.concatenate(held)
+    equilibria = table["displacement_mm"][every], table["force_N"][every]
+    return ForceCurve(name, run, steps, *joined, spans, unbalanced, band_of(run), equilibria)
 
 
 def band_of(run: RunData) -> float | None:

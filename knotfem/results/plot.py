@@ -157,7 +157,7 @@ def _draw_tensions(
 ) -> str:
     """Draw the profiles; returns which states they are of."""
     forces = {label: force_at(run, profile.moment) for label, (run, profile) in runs.items()}
-    over_force = all(force != 0.0 for force in forces.values())
+    over_force = all(force > 0.0 for force in forces.values())
     along = "arclength_mm" if axis == "mm" else "s_over_L"
     tables = {}
     for label, (_, profile) in runs.items():

@@ -31,7 +31,7 @@ class CommonState:
         displacements: over all steps [mm], one a run; None at the end of a step.
         forces: F at the reported end [N], one a run.
         profiles: one a run.
-        over_force: whether their tension is T/F; it is T [N] where F is nothing in one of them.
+        over_force: whether their tension is T/F; it is T [N] where F does not pull in one of them.
     """
 
     step: str | None
@@ -146,7 +146,7 @@ def _state(
     step: str | None = None,
     displacements: list[float] | None = None,
 ) -> CommonState:
-    loaded = all(force != 0.0 for force in forces)
+    loaded = all(force > 0.0 for force in forces)
     scales = forces if loaded else [1.0] * len(forces)
     parts = zip(curves, states, times, scales, strict=True)
     profiles = [_profile(curve, stored.at_time(time), scale) for curve, stored, time, scale in parts]

@@ -30,7 +30,6 @@ from knotfem.run.events import PhaseDone, TimeStepDone
 from knotfem.run.jumps import Jump
 from knotfem.run.simulation import Simulation
 from knotfem.run.summary import Summary
-from knotfem.scene.steps import Relax
 from knotfem.solver.term import VISCOUS, Role, Term
 
 SHARED = {"gravity": Role.FIELD, "drag": Role.RESISTANCE}
@@ -220,7 +219,7 @@ class Recorder:
         if self.simulation.decides:
             record[DRAWN_IN] = event.drawn_in
         self.summary.count(event)
-        if not isinstance(event.step, Relax):
+        if event.step.loading:
             self.tables["force"].append(record)
         solution = event.accepted.solution
         self.store.log(
@@ -252,7 +251,7 @@ class Recorder:
         }
         for name, found in rows.items():
             self.tables[name].extend({**row, **of_state} for row in found)
-        if not isinstance(event.step, Relax):
+        if event.step.loading:
             self.summary.output_figures(event.figures)
         if self._series is not None:
             self._series.append(*when, model.fields(x))

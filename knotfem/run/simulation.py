@@ -227,7 +227,7 @@ class Simulation:
             resting = rest is not None and rest.reached(self.state.time, self.balance.energies, figures)
             last = resting or (accepted.at_output and schedule.over(self.state.time))
             jump = watch.update(step.name, accepted, figures, self.balance.energies, self._displaced)
-            if jump is not None and not isinstance(step, Relax):
+            if jump is not None and step.loading:
                 self.notify(f"{step.name}: {jump}")
             equilibrium = schedule.in_equilibrium(accepted, figures)
             self._judge(
@@ -235,7 +235,7 @@ class Simulation:
             )
             slipped = self.watch is not None and self.watch.slipped
             last = last or self.decided or slipped
-            if last or (accepted.at_output and not isinstance(step, Relax)):
+            if last or (accepted.at_output and step.loading):
                 self.validity.look(step, self.state.x, figures.penetration, self.state.time, self._reached)
             yield TimeStepDone(
                 step,

@@ -87,10 +87,10 @@ class Scene(Table):
 
     @property
     def tying_steps(self) -> tuple[Relax, ...]:
-        """The relaxing steps at the head: with the mapping, what tying means."""
+        """The relaxing steps at the head in which no end is loaded: with the mapping, what tying means."""
         found: list[Relax] = []
         for step in self.steps:
-            if not isinstance(step, Relax):
+            if not isinstance(step, Relax) or step.loading:
                 break
             found.append(step)
         return tuple(found)

@@ -149,6 +149,11 @@ class _Step(Table):
         """Rod and side of the ends that move in one way."""
         return [place for place, end in self.all_ends().items() if isinstance(end, kind)]
 
+    @property
+    def loading(self) -> bool:
+        """Whether it is more than coming to rest as tied."""
+        return True
+
     @model_validator(mode="after")
     def _check_schedule(self) -> Self:
         longest = getattr(self, self.limit)
@@ -199,6 +204,11 @@ class Relax(_Step):
     frozen: Flag = False
     kinetic_over_elastic: Annotated[Number, Field(gt=0.0)] = 1e-6
     longest: PositiveDuration = 100.0
+
+    @property
+    def loading(self) -> bool:
+        """Whether an end is loaded meanwhile."""
+        return bool(self.having(Loaded))
 
     @property
     def way(self) -> str:

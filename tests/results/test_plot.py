@@ -10,6 +10,7 @@ from PIL import Image
 from stored_runs import pulled
 
 import knotfem as kf
+from knotfem.results.profiles import common_state
 from knotfem.run.directory import RunDirectory
 from knotfem.run.monitor import KnotMonitor
 from knotfem.run.stop import StopRequest
@@ -65,6 +66,21 @@ def test_tension_is_that_of_the_state_that_is_asked_for(tmp_path):
     legend = drawn.figure.axes[0].get_legend()
     assert legend is not None
     assert [text.get_text() for text in legend.get_texts()] == ["solid", "light"]
+
+
+def test_tension_is_in_newtons_where_the_force_does_not_pull(tmp_path):
+    """Over a force that pushes, tension would look like compression."""
+    run = pulled(tmp_path / "a", -1.0)
+    (axes,) = kf.plot(run, quantity="tension", at=30.0).figure.axes
+    assert axes.get_ylabel() == r"tension $T$ (N)"
+    np.testing.assert_allclose(lines(axes)[0][1], run.tension(at=30.0).tension)
+    assert not common_state([run.force], 30.0, None).over_force
+
+
+def test_curves_that_begin_late_are_drawn_from_there(tmp_path):
+    late = pulled(tmp_path / "a", start=40.0)
+    assert kf.plot(late, axis="mm").figure.axes[0].get_xlim()[0] == 40.0
+    assert kf.plot(pulled(tmp_path / "b", start=20.0), axis="mm").figure.axes[0].get_xlim()[0] == 0.0
 
 
 def test_figures_of_tension_say_which_state_they_show(tmp_path):

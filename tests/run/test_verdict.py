@@ -47,6 +47,22 @@ def test_a_slippery_hitch_unravels_and_ends_the_run(lost):
     assert lost.table("force")["time_s"][-1] == evidence["lost"]["time_s"]
 
 
+def test_forces_and_displacements_are_those_of_all_steps_after_tying(held):
+    table = held.table("force")
+    load, let_go = (table["step"] == name for name in ("load", "let-go"))
+    assert table["force_N"][load] == pytest.approx(1.0)
+    assert table["displacement_mm"][load][-1] > 1.0
+    assert table["displacement_mm"][let_go][0] == pytest.approx(table["displacement_mm"][load][-1], abs=1.0)
+    assert (load | let_go).all()
+
+
+def test_a_force_curve_has_equilibria_only(lost):
+    table = lost.table("force")
+    balanced = table["equilibrium"] > 0
+    assert 0 < balanced.sum() < balanced.size
+    assert lost.force.drawn[0].tolist() == table["displacement_mm"][balanced].tolist()
+
+
 def test_a_step_may_go_on_after_the_verdict(lost):
     steps = hitch(0.05).model_dump(mode="json", exclude_none=True)["steps"]
     until_end = kf.load_scene(hitch(0.05), {"steps": [{**step, "until": "end"} for step in steps]})

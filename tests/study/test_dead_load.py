@@ -17,6 +17,7 @@ def test_the_unit_of_force_is_b_over_r_squared():
 def test_the_pull_of_the_shipped_scene_is_replaced():
     scene = dead_load("bowline", 1.1, friction=0.2)
     assert [step.name for step in scene.steps] == ["relax", "load", "let-go"]
+    assert [step.name for step in scene.tying_steps] == ["relax"]
     load, let_go = scene.steps[1:]
     start, end = load.all_ends()["rod", "start"], load.all_ends()["rod", "end"]
     assert isinstance(start, Loaded)

@@ -1,5 +1,6 @@
 """Tighten, let go, pull until it slips."""
 
+import numpy as np
 import pytest
 from coarse import HITCH
 
@@ -50,6 +51,15 @@ def test_the_step_ends_once_the_end_is_drawn_in(hitch):
     assert (drawn[:-1] <= 3.0).all()
     assert hitch.verdict == "slips"
     assert table["step_displacement_mm"][-1] < 15.0
+
+
+def test_the_force_on_the_held_end_is_told_while_the_free_end_is_let_go(hitch):
+    table = hitch.table("force")
+    tighten, let_go, pull = (np.flatnonzero(table["step"] == name) for name in ("tighten", "let-go", "pull"))
+    assert table["force_N"][tighten] == pytest.approx(1.0)
+    assert table["force_N"][let_go[0]] == pytest.approx(1.0, rel=0.1)
+    assert table["force_N"][let_go[-1]] == pytest.approx(table["force_N"][pull[0]], rel=0.5)
+    assert (table["displacement_mm"][let_go] == table["displacement_mm"][tighten[-1]]).all()
 
 
 def test_the_reference_has_all_that_is_said_of_verdict_and_holding(hitch):
