@@ -91,9 +91,11 @@ def plot(
     moments = {label: profile.moment for label, profile in zip(drawn.labels, drawn.profiles, strict=False)}
     if log_format == "json":
         states = {label: moment_json(moment) for label, moment in moments.items()}
-        click.echo(json.dumps({"picture": str(out), "states": states}))
+        click.echo(json.dumps({"picture": str(out), "states": states, "out_of_view": drawn.out_of_view}))
         return
     if not quiet:
+        for label in drawn.out_of_view:
+            click.echo(f"{label}: nothing lies between these limits", err=True)
         for label, moment in moments.items():
             say_state(millimetres, moment, label if len(moments) > 1 else "")
     click.echo(out)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -14,10 +14,13 @@ from knotfem.types import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
 
 Table = Mapping[str, ArrayLike] | Sequence[Mapping[str, Any]]
 DisplacementAxis = Literal["both", "radii", "mm"]
 
+Lines = dict[str, list["Line2D"]]
+"""Lines of each run on a panel, by its label."""
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 LINES = ("-", "--", ":", "-.")
 FORCE_LABELS = {"N": r"force $F$ (N)", "B/r^2": r"force $F r^2 / B$"}
@@ -31,11 +34,11 @@ def draw_force(
     curves: Mapping[str, Table],
     radii: Mapping[str, float],
     *,
-    axis: DisplacementAxis = "both",
+    axis: DisplacementAxis,
     bands: Mapping[str, float] | None = None,
     unbalanced: Sequence[tuple[float, float]] = (),
     named: bool = True,
-) -> None:
+) -> Lines:
     """Force against displacement of the pulled end.
 
     Args:
@@ -48,10 +51,12 @@ def draw_force(
         named: whether there is a legend.
     """
     start, furthest, lowest = np.inf, 0.0, 0.0
+    drawn: Lines = {}
     for (label, table), (colour, line) in zip(curves.items(), styles(curves), strict=True):
         unit = 1.0 if axis == "mm" else radii[label]
         displacement, force = column(table, "displacement_mm") / unit, column(table, "force_N")
-        axes.plot(displacement, force, color=colour, ls=line, label=(literal(label) or None) if named else None)
+        name = (literal(label) or None) if named else None
+        drawn[label] = axes.plot(displacement, force, color=colour, ls=line, label=name)
         start, furthest = min([start, *displacement[:1]]), max([furthest, *displacement[-1:]])
         lowest = min([lowest, *force])
         for first, last in unbalanced if len(curves) == 1 else ():
@@ -73,11 +78,12 @@ def draw_force(
         functions = (lambda x: np.multiply(x, radius), lambda x: np.divide(x, radius))
         axes.secondary_xaxis("top", functions=functions).set_xlabel(r"$\delta$ (mm)")
     legend(axes)
+    return drawn
 
 
 def draw_profiles(
     axes: Axes, profiles: Mapping[str, Mapping[str, Table]], *, named: bool, along: str = "s_over_L"
-) -> None:
+) -> Lines:
     """Tension profiles of all rods of all runs: a run has one colour, a rod one style of line.
 
     Args:
@@ -88,9 +94,10 @@ def draw_profiles(
     """
     rods = dict.fromkeys(rod for tables in profiles.values() for rod in tables)
     lines = {rod: LINES[number % len(LINES)] for number, rod in enumerate(rods)}
+    drawn: Lines = {label: [] for label in profiles}
     for (label, tables), (colour, _) in zip(profiles.items(), styles(profiles), strict=True):
         for rod, table in tables.items():
-            axes.plot(column(table, along), column(table, "tension"), color=colour, ls=lines[rod])
+            drawn[label] += axes.plot(column(table, along), column(table, "tension"), color=colour, ls=lines[rod])
         if named:
             axes.plot([], [], color=colour, label=literal(label))
     for rod, line in lines.items() if len(lines) > 1 else ():
@@ -101,6 +108,7 @@ def draw_profiles(
         axes.set_xlabel(r"arclength $s$ (mm)")
         axes.set_xlim(left=0.0)
     legend(axes)
+    return drawn
 
 
 def column(table: Table, name: str) -> Array:
@@ -123,7 +131,21 @@ def styles(curves: Mapping[str, Any]) -> list[tuple[str, str]]:
     return [(COLOURS[i % colours], LINES[i // colours % len(LINES)]) for i in range(len(curves))]
 
 
-def legend(axes: Axes) -> None:
-    """A legend where something has a name."""
-    if axes.get_legend_handles_labels()[0]:
-        axes.legend()
+def legend(axes: Axes, without: Collection[str] = ()) -> None:
+    """A legend of what has a name, but for some runs; none where nothing has."""
+    left_out = {literal(label) for label in without}
+    named = [(handle, name) for handle, name in zip(*axes.get_legend_handles_labels(), strict=True)
+             if name not in left_out]  # fmt: skip
+    if named:
+        axes.legend(*zip(*named, strict=True))
+    elif (old := axes.get_legend()) is not None:
+        old.remove()
+
+
+def out_of_view(axes: Axes, drawn: Lines) -> list[str]:
+    """Labels of the runs of which no line crosses the part of the plane that is shown."""
+    return [
+        label
+        for label, lines in drawn.items()
+        if not any(line.get_path().intersects_bbox(axes.viewLim, filled=False) for line in lines)
+    ]

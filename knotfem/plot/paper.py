@@ -47,6 +47,8 @@ class Sheet:
             "axes.labelsize": self.font + 1.0,
             "axes.linewidth": 0.8,
             "axes.xmargin": 0.0,
+            "xtick.major.pad": 0.6 * self.font,
+            "ytick.major.pad": 0.6 * self.font,
             "xtick.direction": "in",
             "ytick.direction": "in",
             "ytick.right": True,

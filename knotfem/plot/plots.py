@@ -38,7 +38,7 @@ def plot_force(
         InputError: a column or the format is unknown, or the file cannot be written.
     """
     with paper_axes(out, title) as axes:
-        draw_force(axes, curves, dict.fromkeys(curves, radius), bands=bands, unbalanced=unbalanced)
+        draw_force(axes, curves, dict.fromkeys(curves, radius), axis="both", bands=bands, unbalanced=unbalanced)
 
 
 def plot_comparison(
@@ -46,7 +46,7 @@ def plot_comparison(
     profiles: Mapping[str, Mapping[str, Table]],
     out: str | Path,
     *,
-    radius: float,
+    radii: Mapping[str, float],
     locking: float | None = None,
     over_force: bool = True,
     at: Sequence[float] | None = None,
@@ -60,7 +60,7 @@ def plot_comparison(
         forces: tables with the columns `displacement_mm` and `force_N`, by label; none draws no force curves.
         profiles: tables with the columns `s_over_L` and `tension`, by label and rod; none draws no profiles.
         out: file to write (.png, .pdf, .svg).
-        radius: radius of the rod in mm.
+        radii: of the rods [mm], by label; where they differ, displacements are drawn in mm.
         locking: displacement in mm at which the knot begins to lock, drawn dashed.
         over_force: whether tension is T/F instead of T in N.
         at: displacement in mm of each run's profile.
@@ -72,9 +72,16 @@ def plot_comparison(
     count = bool(forces) + bool(profiles)
     with written(out, None, count, Sheet(count * COLUMN)) as panels:
         if forces:
-            draw_force(panels[0], forces, dict.fromkeys(forces, radius))
+            same = len(set(radii.values())) == 1
+            draw_force(panels[0], forces, radii, axis="both" if same else "mm")
             if locking is not None:
-                panels[0].axvline(locking / radius, color="0.5", lw=0.8, ls="--", label="begins to lock")
+                panels[0].axvline(
+                    locking / (radii[next(iter(forces))] if same else 1.0),
+                    color="0.5",
+                    lw=0.8,
+                    ls="--",
+                    label="begins to lock",
+                )
                 legend(panels[0])
         if profiles:
             draw_profiles(panels[-1], profiles, named=not forces)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from knotfem.errors import MissingDependency
+from knotfem.errors import InputError, MissingDependency
 from knotfem.scene.model import Scene
 from knotfem.types import Arrays
 
@@ -70,7 +70,15 @@ class RunData(ABC):
 
 
 def labels_of(runs: Sequence[RunData]) -> list[str]:
-    """Names of runs; where two are the same, their folders, or names with a number."""
+    """Names of runs; where two are the same, their folders, or names with a number.
+
+    Raises:
+        InputError: two of them are one and the same run.
+    """
+    places = [id(run) if run.path is None else run.path.resolve() for run in runs]
+    for number, run in enumerate(runs):
+        if places[number] in places[:number]:
+            raise InputError("the same run twice", found=run.path or run.name, expected="each once")
     names = [run.name for run in runs]
     numbered = [f"{name} ({number})" for number, name in enumerate(names, 1)]
     long = [other if run.path is None else str(run.path) for run, other in zip(runs, numbered, strict=True)]

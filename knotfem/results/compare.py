@@ -85,8 +85,8 @@ class Comparison:
             at, labels = self.state.displacements, [curve.label for curve in self.curves]
             profiles = dict(zip(labels, self.state.profiles, strict=True))
             told = {"over_force": self.state.over_force, "at": at, "step": self.state.step}
-        radius = 0.5 * self.curves[0].run.scene.diameter
-        plot_comparison(forces, profiles, out, radius=radius, locking=self.locking, **told)
+        radii = {c.label: 0.5 * c.run.scene.diameter for c in self.curves}
+        plot_comparison(forces, profiles, out, radii=radii, locking=self.locking, **told)
 
 
 def compare(
@@ -102,7 +102,7 @@ def compare(
             that all runs have stored.
 
     Raises:
-        InputError: a run without a loading step, runs that have neither pulls nor a step in common, pulls without a
+        InputError: the same run twice, a run without a loading step, runs that have neither pulls nor a step in common, pulls without a
             displacement in common, or no such state.
     """
     if len(runs) < 2:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal, get_args
 import numpy as np
 
 from knotfem.errors import InputError
-from knotfem.plot.curves import FORCE_LABELS, DisplacementAxis, draw_force, draw_profiles
+from knotfem.plot.curves import FORCE_LABELS, DisplacementAxis, Lines, draw_force, draw_profiles, legend, out_of_view
 from knotfem.plot.fonts import literal
 from knotfem.plot.paper import COLUMN, Sheet, check_format, drawing, panels_of, write
 from knotfem.results.base import displacement_of, labels_of
@@ -41,11 +41,13 @@ class Drawn:
         figure: of matplotlib.
         labels: of the runs.
         profiles: the tension profiles that are drawn, one a run; none where only forces are.
+        out_of_view: labels of the runs that have nothing between the limits; the legend leaves them out.
     """
 
     figure: Figure
     labels: list[str]
     profiles: list[TensionProfile]
+    out_of_view: list[str]
 
 
 def plot(
@@ -109,29 +111,34 @@ def plot(
     with drawing(sheet) as figure:
         axes = panels_of(figure, panels)
         profiles: list[TensionProfile] = []
+        hidden: list[str] = []
+        lines: Lines = {}
         if quantity != "tension":
-            _draw_forces(axes[0], dict(zip(names, opened, strict=True)), axis, force_unit, named)
+            lines = _draw_forces(axes[0], dict(zip(names, opened, strict=True)), axis, force_unit, named)
         if quantity != "force":
-            legend = named and quantity == "tension"
             profiles = [run.tension(millimetres, step) for run in opened]
             drawn = dict(zip(names, zip(opened, profiles, strict=True), strict=True))
-            heading = _draw_tensions(axes[-1], drawn, axis, legend)
-            axes[-1].set_title(heading, fontsize=font)
+            profile_lines = _draw_tensions(axes[-1], drawn, axis, named and quantity == "tension")
+            lines = lines or profile_lines
+            axes[-1].set_title(_heading(drawn), fontsize=font)
         for side, (low, high) in (("x", xlim), ("y", ylim)):
             if low is not None or high is not None:
                 _check_limits(axes[0], side, low, high)
                 (axes[0].set_xlim if side == "x" else axes[0].set_ylim)(low, high)
+                hidden = out_of_view(axes[0], lines)
+        if hidden:
+            legend(axes[0], without=hidden)
         if title:
             below = f"\n{axes[0].get_title()}" if axes[0].get_title() else ""
             axes[0].set_title(literal(title) + below, fontsize=font + 1.0)
         if out is not None:
             write(figure, Path(out))
-    return Drawn(figure, names, profiles)
+    return Drawn(figure, names, profiles, hidden)
 
 
 def _draw_forces(
     axes: Axes, runs: Mapping[str, Run], axis: DisplacementAxis | None, force_unit: str, named: bool
-) -> None:
+) -> Lines:
     radii = {label: 0.5 * run.scene.diameter for label, run in runs.items()}
     same = len(set(radii.values())) == 1
     if axis == "both" and not same:
@@ -148,14 +155,14 @@ def _draw_forces(
     bands = {label: curve.band / scales[label] for label, curve in curves.items() if curve.band is not None}
     unbalanced = next(iter(curves.values())).unbalanced
     chosen = axis or ("both" if same else "radii")
-    draw_force(axes, tables, radii, axis=chosen, bands=bands, unbalanced=unbalanced, named=named)
+    lines = draw_force(axes, tables, radii, axis=chosen, bands=bands, unbalanced=unbalanced, named=named)
     axes.set_ylabel(FORCE_LABELS[force_unit])
+    return lines
 
 
 def _draw_tensions(
     axes: Axes, runs: Mapping[str, tuple[Run, TensionProfile]], axis: DisplacementAxis | None, named: bool
-) -> str:
-    """Draw the profiles; returns which states they are of."""
+) -> Lines:
     forces = {label: force_at(run, profile.moment) for label, (run, profile) in runs.items()}
     over_force = all(force > 0.0 for force in forces.values())
     along = "arclength_mm" if axis == "mm" else "s_over_L"
@@ -166,8 +173,13 @@ def _draw_tensions(
         tables[label] = {
             rod: {along: part.table[along], "tension": part.tension / scale} for rod, part in parts.items()
         }
-    draw_profiles(axes, tables, named=named, along=along)
+    lines = draw_profiles(axes, tables, named=named, along=along)
     axes.set_ylabel(r"tension $T / F$" if over_force else r"tension $T$ (N)")
+    return lines
+
+
+def _heading(runs: Mapping[str, tuple[Run, TensionProfile]]) -> str:
+    """Which states the profiles are of."""
     moments = {label: moment_heading(profile.moment) for label, (_, profile) in runs.items()}
     if len(set(moments.values())) == 1:
         return next(iter(moments.values()))

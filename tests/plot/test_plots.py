@@ -64,13 +64,20 @@ def test_compared_profiles_have_a_colour_a_run_and_a_line_a_rod(tmp_path):
     force = {"displacement_mm": np.arange(5.0), "force_N": np.arange(5.0)}
     rods = {"hitch": {"s_over_L": S, "tension": 1 - S}, "bight": {"s_over_L": S, "tension": S}}
     runs = {"a": rods, "b": rods}
-    plot_comparison(dict.fromkeys(runs, force), runs, tmp_path / "two.svg", radius=3.0, locking=2.0, at=[3.0, 3.5])
+    plot_comparison(
+        dict.fromkeys(runs, force),
+        runs,
+        tmp_path / "two.svg",
+        radii=dict.fromkeys(runs, 3.0),
+        locking=2.0,
+        at=[3.0, 3.5],
+    )
     svg = texts(tmp_path / "two.svg")
     assert all(
         text in svg for text in (">hitch<", ">bight<", "stroke-dasharray: 5.18,2.24", "3, 3.5", "begins to lock")
     )
     one = {run: {"hitch": tables["hitch"]} for run, tables in runs.items()}
-    plot_comparison(dict.fromkeys(one, force), one, tmp_path / "one.svg", radius=3.0, step="load")
+    plot_comparison(dict.fromkeys(one, force), one, tmp_path / "one.svg", radii=dict.fromkeys(one, 3.0), step="load")
     svg = texts(tmp_path / "one.svg")
     assert "hitch" not in svg
     assert "end of load" in svg

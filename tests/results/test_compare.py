@@ -100,6 +100,8 @@ def test_runs_that_cannot_be_compared_are_refused(tmp_path):
         compare(first, pulled(tmp_path / "b", start=70.0, to=90.0))
     with pytest.raises(InputError, match="nothing to compare"):
         compare(first)
+    with pytest.raises(InputError, match="the same run twice; found .*a; expected each once"):
+        compare(first, tmp_path / "b" / ".." / "a")
     with pytest.raises(InputError, match="no loading step is stored"):
         compare(first, RunDirectory.create(first.scene, tmp_path / "c").path)
     with pytest.raises(InputError, match="no such run"):
@@ -179,3 +181,19 @@ def test_picture_and_table_are_written(tmp_path):
     assert float(columns["light"][where]) == pytest.approx(0.1, rel=2e-3)
     svg = (tmp_path / "both.svg").read_text()
     assert all(text in svg for text in ("solid", "light", "tension", "force"))
+
+
+def test_rods_of_different_radii_are_drawn_in_mm(tmp_path, monkeypatch):
+    from knotfem.plot import plots
+
+    panels = []
+
+    def keep(axes, curves, radii, *, axis):
+        panels.append((axis, radii))
+
+    monkeypatch.setattr(plots, "draw_force", keep)
+    thin, thick = pulled(tmp_path / "thin"), pulled(tmp_path / "thick")
+    compare(thin, thick).write(tmp_path / "same.svg")
+    vars(thick)["_directory"].scene = load_scene(thick.scene, {"rods.rod.diameter": "12 mm"})
+    compare(thin, thick).write(tmp_path / "other.svg")
+    assert panels == [("both", {"thin": 3.0, "thick": 3.0}), ("mm", {"thin": 3.0, "thick": 6.0})]

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from coarse import KNOT
 from PIL import Image
 from stored_runs import pulled
@@ -14,6 +15,7 @@ from knotfem.results.profiles import common_state
 from knotfem.run.directory import RunDirectory
 from knotfem.run.monitor import KnotMonitor
 from knotfem.run.stop import StopRequest
+from knotfem_cli.main import knotfem_command
 
 
 def lines(axes) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -53,6 +55,20 @@ def test_runs_of_different_radii_share_the_axis_in_radii(tmp_path):
     assert not panel.child_axes
     with pytest.raises(kf.InputError, match="axis: rods of different radii"):
         kf.plot(thin, thick, axis="both")
+
+
+def test_a_run_without_data_between_the_limits_is_not_in_the_legend(tmp_path):
+    short, long = pulled(tmp_path / "short", to=30.0), pulled(tmp_path / "long")
+    drawn = kf.plot(short, long, xlim=(15.0, None))
+    assert drawn.out_of_view == ["short"]
+    legend = drawn.figure.axes[0].get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == ["long"]
+    assert kf.plot(short, long, xlim=(5.0, None)).out_of_view == []
+    above = kf.plot(short, pulled(tmp_path / "weak", 0.1), quantity="tension", ylim=(0.1, None))
+    assert above.out_of_view == []
+    call = ["plot", str(short.path), str(long.path), "--xlim", "15:", "-o", str(tmp_path / "p.svg")]
+    assert "short: nothing lies between these limits" in CliRunner().invoke(knotfem_command, call).stderr
 
 
 def test_tension_is_that_of_the_state_that_is_asked_for(tmp_path):
