@@ -75,13 +75,8 @@ def plot_comparison(
             same = len(set(radii.values())) == 1
             draw_force(panels[0], forces, radii, axis="both" if same else "mm")
             if locking is not None:
-                panels[0].axvline(
-                    locking / (radii[next(iter(forces))] if same else 1.0),
-                    color="0.5",
-                    lw=0.8,
-                    ls="--",
-                    label="begins to lock",
-                )
+                unit = next(iter(radii.values())) if same else 1.0
+                panels[0].axvline(locking / unit, color="0.5", lw=0.8, ls="--", label="begins to lock")
                 legend(panels[0])
         if profiles:
             draw_profiles(panels[-1], profiles, named=not forces)

@@ -102,8 +102,8 @@ def compare(
             that all runs have stored.
 
     Raises:
-        InputError: the same run twice, a run without a loading step, runs that have neither pulls nor a step in common, pulls without a
-            displacement in common, or no such state.
+        InputError: the same run twice, a run without a loading step, runs that have neither pulls nor a step in
+            common, pulls without a displacement in common, or no such state.
     """
     if len(runs) < 2:
         expected = "two or more; knotfem plot draws a single one"

@@ -100,7 +100,7 @@ def test_runs_that_cannot_be_compared_are_refused(tmp_path):
         compare(first, pulled(tmp_path / "b", start=70.0, to=90.0))
     with pytest.raises(InputError, match="nothing to compare"):
         compare(first)
-    with pytest.raises(InputError, match="the same run twice; found .*a; expected each once"):
+    with pytest.raises(InputError, match=r"the same run twice; found .*a; expected each once"):
         compare(first, tmp_path / "b" / ".." / "a")
     with pytest.raises(InputError, match="no loading step is stored"):
         compare(first, RunDirectory.create(first.scene, tmp_path / "c").path)
