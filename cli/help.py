@@ -28,10 +28,10 @@ def help(key: str | None, overrides: tuple[str, ...], quiet: bool, log_format: s
       knotfem help verdict
       knotfem help jumps
     """
-    from knotfem.reference import look_up, scene_keys
-    from knotfem.run.summary_meanings import SUMMARY
+    from knotfem.reference import look_up, names, scene_keys
 
-    printed = {spoken(name): name for name in SUMMARY}
+    printed = {spoken(name): name for name in names()}
+    printed |= {words: name for said, name in printed.items() if " " in (words := said.partition(" [")[0])}
     text = "\n".join(found.path for found in scene_keys()) if key is None else look_up(printed.get(key, key))
     if log_format == "json":
         click.echo(json.dumps({"help": text}))

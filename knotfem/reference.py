@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import difflib
 import inspect
 import re
 import sys
@@ -19,16 +20,23 @@ from pydantic_core import PydanticUndefined
 
 from knotfem.errors import InputError
 from knotfem.files import write_atomically
-from knotfem.names import suggestion
-from knotfem.run.column_meanings import COLUMNS, ROWS, TABLES, unit_of_column
+from knotfem.run import column_meanings as of_runs
+from knotfem.run.column_meanings import unit_of_column
 from knotfem.run.field_meanings import FIELDS
 from knotfem.run.summary_meanings import FILES, NAME, SUMMARY
 from knotfem.scene.model import Scene
 from knotfem.scene.quantity import Quantity
 from knotfem.scene.rope import quantity_of
 from knotfem.scene.table import Table
+from knotfem.study import column_meanings as of_studies
 
 GENERATED = "Made from the code by `python -m knotfem.reference docs/reference`; `knotfem help KEY` says the same."
+TABLES = {
+    **{table: {name: of_runs.COLUMNS[name] for name in columns} for table, columns in of_runs.TABLES.items()},
+    **of_studies.TABLES,
+}
+"""Columns and their meanings, by table."""
+ROWS = of_runs.ROWS | of_studies.ROWS
 SIGNS = {Gt: ">", Ge: ">=", Lt: "<", Le: "<="}
 ENTRY = "N"
 """Stands for the number of an entry of a list."""
@@ -88,11 +96,7 @@ def look_up(name: str) -> str:
         InputError: nothing has this name.
     """
     found = [f"key of a scene: {key}{_inside(key)}" for key in _called(name)]
-    tables = [table for table, columns in TABLES.items() if name in columns]
-    if tables:
-        unit = unit_of_column(name)
-        files = ", ".join(f"{table}.csv" for table in tables)
-        found.append(f"column of {files}: {name}\n  {COLUMNS[name]}{f' [{unit}]' if unit else ''}")
+    found += _of_column(name)
     if name in FIELDS:
         field = FIELDS[name]
         order = f", components {field.components}" if field.components else ""
@@ -104,12 +108,38 @@ def look_up(name: str) -> str:
         found.append(f"table {table}.csv\n  a row is {ROWS[table]}\n  columns: {', '.join(TABLES[table])}")
     found += [f"file {file}\n  {text}" for file, text in FILES.items() if name in (file, file.rpartition(".")[0])]
     if not found:
-        names = [key.plain[-1] for key in scene_keys()] + [key.rpartition(".")[2] for key in SUMMARY]
-        known = [*dict.fromkeys([*names, *COLUMNS, *FIELDS, *TABLES])]
-        expected = suggestion(name.rpartition(".")[2], known).partition(", or one of")[0]
-        expected = expected if expected.startswith('"') else "a key of a scene or of summary.json, a column or a field"
-        raise InputError("nothing has this name", key="help", found=f'"{name}"', expected=expected)
+        raise InputError("nothing has this name", key="help", found=f'"{name}"', expected=_closest(name))
     return "\n\n".join(found)
+
+
+def names() -> Iterator[str]:
+    """Names of columns, and of keys of summary.json as they end and as they are written whole."""
+    for table in TABLES.values():
+        yield from table
+    yield from (key.rpartition(".")[2] for key in SUMMARY)
+    yield from SUMMARY
+
+
+def _of_column(name: str) -> list[str]:
+    """What columns of this name are: an entry for each meaning."""
+    files: dict[str, list[str]] = {}
+    for table, columns in TABLES.items():
+        if name in columns:
+            files.setdefault(columns[name], []).append(f"{table}.csv")
+    unit = unit_of_column(name)
+    return [f"column of {', '.join(of)}: {name}\n  {text}{f' [{unit}]' if unit else ''}" for text, of in files.items()]
+
+
+def _closest(name: str) -> str:
+    """What may have been meant by a name that nothing has: of a dotted one the whole key."""
+    paths = [key.plain for key in scene_keys()] + [tuple(key.split(".")) for key in SUMMARY]
+    columns = [column for table in TABLES.values() for column in table]
+    *above, last = name.split(".")
+    found = difflib.get_close_matches(last, dict.fromkeys([*(p[-1] for p in paths), *columns, *FIELDS, *TABLES]), n=1)
+    if not found:
+        return "a key of a scene or of summary.json, a column or a field"
+    whole = [".".join(path) for path in paths if path[-1] == found[0]] if above else []
+    return f'"{(difflib.get_close_matches(name, whole, n=1, cutoff=0.0) or found)[0]}"'
 
 
 def _called(name: str) -> list[Key]:
@@ -349,7 +379,7 @@ def _tables_page() -> str:
             _row("column", "unit", "meaning"),
             "|---|---|---|",
         ]
-        lines += [_row(f"`{name}`", unit_of_column(name), COLUMNS[name]) for name in columns]
+        lines += [_row(f"`{name}`", unit_of_column(name), text) for name, text in columns.items()]
         if table == "force":
             lines.append(_row("`NAME_Nmm`", "N mm", "energy of a further term: stored now, or dissipated so far"))
         lines.append("")

@@ -98,7 +98,5 @@ FILES = {
     "stretch.png": "stretch of the centrelines in the increments of the mapping",
     "force.png": "force against displacement",
     "tension.png": "tension along the rods in the last stored state",
-    "study.csv": "a row for each point of a study: what was set, verdict, failure mode, collected figures",
-    "boundary.csv": "of a stability study: the friction from which on the knot holds, and the bracket in which it lies",
 }
 """What the files of runs and studies hold, but for tables."""

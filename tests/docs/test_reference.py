@@ -76,7 +76,19 @@ def test_every_column_has_a_meaning():
         ("holding_force_N", "largest force in equilibrium before that [N]"),
         ("jumps", "from one branch of equilibria"),
         ("largest |stretch - 1| while mapped", "steps after tying do not count"),
+        ("holding force", "largest force in equilibrium before that [N]"),
+        ("slipping force", "when the free end had been drawn in by the slip"),
+        ("slipping force [N]", "when the free end had been drawn in by the slip"),
         ("force.csv", "displacement_mm"),
+        ("study.csv", "a row is a point of a study"),
+        ("boundary.csv", "low, high, monotone"),
+        ("onset_friction", "column of study.csv: onset_friction\n  friction at which strands began to slip"),
+        ("lost_friction", "friction at which the knot was lost"),
+        ("rests", "column of study.csv"),
+        ("low", "column of boundary.csv"),
+        ("monotone", "1 where the knot holds at no friction below"),
+        ("protocol", 'column of study.csv: protocol\n  "kept"'),
+        ("point", "column of study.csv: point"),
         ("status.json", "running, done"),
     ],
 )
@@ -89,7 +101,7 @@ def test_help_of_a_name(name, said):
 def test_names_that_several_things_have_are_all_told():
     text = reference.look_up("friction")
     assert all(path in text for path in ("contact.friction", "obstacles.N.friction", "contact.pairs.N.friction"))
-    assert text.count("column of") == 0
+    assert text.count("column of") == 2
     assert reference.look_up("twist").count("\n\n") == 2
 
 
@@ -100,8 +112,14 @@ def test_a_name_is_not_taken_for_that_of_an_entry_elsewhere():
 
 
 def test_what_nothing_is_called():
-    with pytest.raises(InputError, match=r'found "contact\.fricton"; expected "friction"'):
-        reference.look_up("contact.fricton")
+    with pytest.raises(InputError, match=r'found "contact\.frictoin"; expected "contact\.friction"'):
+        reference.look_up("contact.frictoin")
+    with pytest.raises(InputError, match=r'expected "rods\.length"'):
+        reference.look_up("rods.0.lenght")
+    with pytest.raises(InputError, match=r'found "frictoin"; expected "friction"'):
+        reference.look_up("frictoin")
+    with pytest.raises(InputError, match="expected a key of a scene"):
+        reference.look_up("contact.qqqqqq")
 
 
 def test_fields_of_both_models_have_an_entry(tmp_path):

@@ -14,6 +14,7 @@ from stand_in import StandIn
 
 import knotfem as kf
 from knotfem.errors import InputError
+from knotfem.study.column_meanings import TABLES
 from knotfem.study.engine.engine import Job
 from knotfem.study.engine.outcomes import Outcome
 from knotfem.study.stability.diagram import open_stability
@@ -69,6 +70,7 @@ def test_the_grid_has_a_row_for_each_point(engines: list[StandIn]) -> None:
     assert found.table["verdict"].tolist() == ["holds", "holds", "unravels", "unravels"]
     assert found.boundary["low"].tolist() == [0.1, 0.1]
     assert found.bowline
+    assert tuple(found.table.columns) == tuple(TABLES["study"])
     with (found.path / "boundary.csv").open() as file:
         assert next(csv.reader(file))[:5] == ["model", "protocol", "x", "tension_N", "friction"]
 

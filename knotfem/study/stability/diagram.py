@@ -13,6 +13,7 @@ from knotfem.errors import InputError
 from knotfem.files import write_json
 from knotfem.results.base import frame_of
 from knotfem.run.tables import read_table, write_table
+from knotfem.study.column_meanings import TABLES
 from knotfem.study.stability.boundary import Bracket, bracket_of
 from knotfem.study.stability.grid import KEPT, KEYS, LOWERED
 from knotfem.study.sweep.table import CSV, StudyTable
@@ -20,7 +21,7 @@ from knotfem.theory import crossing, fit_boundary
 from knotfem.types import Arrays
 
 BOUNDARY, FIT, PICTURE = "boundary.csv", "fit.json", "stability.png"
-COLUMNS = ("model", "protocol", "x", "tension_N", "friction", "low", "high", "monotone")
+COLUMNS = tuple(TABLES["boundary"])
 HOLDS, FAILS = ("holds",), ("unravels", "slips")
 """Verdicts that decide; any other leaves a point out of the boundary."""
 

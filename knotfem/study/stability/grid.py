@@ -11,6 +11,7 @@ from knotfem.errors import InputError
 from knotfem.run.directory import RunDirectory
 from knotfem.scene.load import load_scene
 from knotfem.scene.model import Scene
+from knotfem.study.column_meanings import STABILITY_KEYS
 from knotfem.study.dead_load import FREE_LOAD, Directions, Lowering, dead_load
 from knotfem.study.sweep.axes import Point
 from knotfem.study.sweep.plan import DEFAULTS, Planned, planned
@@ -20,10 +21,10 @@ FRICTION = tuple(round(0.05 * i, 2) for i in range(9))
 """Of the paper's 54 points (Fig. 4b)."""
 STIFFNESS = (5.0, 6.0, 7.4, 9.1, 13.9, 25.0)
 """B/(T0 r^2), likewise."""
-KEYS = ("model", "protocol", "friction", "x", "tension_N")
+KEYS = tuple(STABILITY_KEYS)
 """Columns of the table with the values of a point."""
 COLLECT = {
-    "knot": "knot_before",
+    "knot_before": "knot_before",
     "rests": "verdict_evidence.at_rest",
     "onset_friction": "verdict_evidence.onset.friction",
     "lost_friction": "verdict_evidence.lost.friction",

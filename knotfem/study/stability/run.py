@@ -156,7 +156,7 @@ class StabilityStudy:
         asked = Asked(self.grid.scene.name, KEYS, COLLECT, self.text)
         follow = None if self.width is None else self.follow
         table = Points(asked, self.folder, self.planned, place, progress, follow).run()
-        bowline = len(self.grid.scene.rods) == 1 and is_bowline(table["knot"].tolist())
+        bowline = len(self.grid.scene.rods) == 1 and is_bowline(table["knot_before"].tolist())
         diagram = StabilityDiagram(table, boundary_of(table), bowline)
         diagram.write()
         return diagram
