@@ -25,6 +25,7 @@ from knotfem_cli.common import (
 @output_option
 @click.option("--friction", metavar="NUMBERS", help='Coefficients, such as "0.1, 0.15" or "0:0.4:9" (the default).')
 @click.option("--x", metavar="NUMBERS", help='B/(T0 r^2), "5, 6, 7.4, 9.1, 13.9, 25" by default.')
+@click.option("--load", metavar="FORCES", help='T0 instead of x, such as "0.5 N, 2 N".')
 @click.option("--model", "models", type=click.Choice(["fem", "rod"]), multiple=True,
               help="Hexahedra or discrete rods; repeatable, drawn over each other.")  # fmt: skip
 @click.option("--boundary", type=float, is_flag=False, flag_value=0.01, metavar="[WIDTH]",
@@ -46,6 +47,7 @@ def stability(
     output: Path | None,
     friction: str | None,
     x: str | None,
+    load: str | None,
     models: tuple[str, ...],
     boundary: float | None,
     lowered: bool,
@@ -76,13 +78,14 @@ def stability(
       knotfem stability bowline --model rod
       knotfem stability bowline --model rod --no-grid --boundary --lowered -o boundary
       knotfem stability clove-hitch --model rod --x 10,20,40 --boundary 0.02
+      knotfem stability clove-hitch --model rod --load "0.5 N, 2 N"
       knotfem stability bowline --model rod --rope diameter="10 mm" obstacle_friction=0.3
     """
     from knotfem.study.dead_load import free_directions
     from knotfem.study.engine.places import place_of
     from knotfem.study.progress import showing, study_progress
     from knotfem.study.stability.diagram import PICTURE, open_stability
-    from knotfem.study.stability.grid import FRICTION, STIFFNESS, numbers
+    from knotfem.study.stability.grid import FRICTION, numbers
     from knotfem.study.stability.run import asked_of
     from knotfem.study.sweep.plan import longest_hours
 
@@ -91,7 +94,8 @@ def stability(
         click.echo(f"rope: {source.rope}", err=True)
     given = {
         "friction": FRICTION if friction is None else numbers(friction, "--friction"),
-        "x": STIFFNESS if x is None else numbers(x, "--x"),
+        "x": None if x is None else numbers(x, "--x"),
+        "load": None if load is None else [force.strip() for force in load.split(",")],
         "models": models,
         "grid": not no_grid,
         "boundary": boundary,

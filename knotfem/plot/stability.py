@@ -16,6 +16,8 @@ from knotfem.types import Arrays
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+MODEL_WORDS = {"fem": "hexahedra", "rod": "discrete rods"}
+"""Models as legends name them."""
 GREEN, RED, ORANGE, GREY = "#2E8B57", "#C0392B", "#E67E22", "0.5"
 Boundary = tuple[np.ndarray, np.ndarray, np.ndarray]
 _LOOKS = {
@@ -29,15 +31,22 @@ OTHER = ("s", GREY, "undecided")
 
 
 def plot_stability(
-    points: Arrays, boundaries: Mapping[str, Boundary], out: str | Path, *, theory: bool, title: str | None = None
+    points: Arrays,
+    boundaries: Mapping[str, Boundary],
+    out: str | Path,
+    *,
+    force: float,
+    theory: bool,
+    title: str | None = None,
 ) -> None:
-    """Draw verdicts in the plane of friction and B/(T0 r^2).
+    """Draw verdicts in the plane of friction and B/(T0 r^2), with the load T0 on the right-hand axis.
 
     Args:
         points: columns "model", "friction", "x", "verdict" and "failure_mode", each of shape [points]; where there are
             two models, the marks of discrete rods are the smaller ones.
         boundaries: friction, half the width of its bracket, and x, each of shape [loads], by label.
         out: file to write (.png, .pdf, .svg).
+        force: B/r^2 [N].
         theory: whether to shade where the theory of the bowline has it hold, and to draw both of its modes.
         title: heading.
 
@@ -67,18 +76,29 @@ def plot_stability(
                 if of.any():
                     axes.plot(
                         mu[of], x[of], ls="none", marker=marker, ms=size, mew=1.1, mfc="none", color=colour,
-                        label=label if not several else f"{label} ({model})",
+                        label=label if not several else f"{label} ({MODEL_WORDS[model]})",
                     )  # fmt: skip
         for number, (label, (middle, half, at)) in enumerate(boundaries.items()):
             colour = ("black", *COLOURS)[number % 8]
-            axes.errorbar(
-                middle, at, xerr=half, color=colour, marker="s", ms=3.5, lw=0.9, capsize=2, label=f"boundary, {label}"
-            )
-        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.02))
+            axes.errorbar(middle, at, xerr=half, color=colour, marker="s", ms=3.5, lw=0.9, capsize=2, label=label)
+        _add_load(axes, force, lowest if lowest == highest else None)
+        figure = axes.get_figure()
+        assert figure is not None
+        figure.legend(loc="outside right upper")
 
 
 def _look(verdict: str, mode: str) -> tuple[str, str, str]:
     return _LOOKS.get((verdict, mode), _LOOKS.get(verdict, OTHER))
+
+
+def _add_load(axes: Axes, force: float, only: float | None) -> None:
+    """The load [N] at the ticks of B/(T0 r^2), on the right; where there is one value only, both have a tick there."""
+    right = axes.secondary_yaxis("right")
+    right.set_ylabel(r"$T_0$ (N)")
+    right.yaxis.set_major_formatter(lambda x, _: f"{force / x:.3g}" if x > 0.0 else "")
+    for side in (axes, right) if only is not None else ():
+        side.set_yticks([only])
+    axes.tick_params(right=False)
 
 
 def _draw_theory(axes: Axes, right: float) -> None:

@@ -101,7 +101,8 @@ def read_table(path: Path, columns: Sequence[str] = ()) -> dict[str, np.ndarray]
         columns: that it must have.
 
     Returns:
-        Columns by name, each of shape [rows]: text in `TEXT_COLUMNS` and where a cell is no number, else floats.
+        Columns by name, each of shape [rows]: text in `TEXT_COLUMNS`, where a cell is no number and where all are
+        empty, else floats, NaN for empty cells.
 
     Raises:
         InputError: missing, empty or damaged.
@@ -145,10 +146,10 @@ def table_text(columns: Mapping[str, np.ndarray]) -> str:
 
 
 def _column(name: str, cells: list[str]) -> np.ndarray:
-    if name in TEXT_COLUMNS:
+    if name in TEXT_COLUMNS or not any(cells):
         return np.array(cells, dtype=str)
     try:
-        return np.array([float(cell) for cell in cells])
+        return np.array([float(cell or "nan") for cell in cells])
     except ValueError:
         return np.array(cells)
 

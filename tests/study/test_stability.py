@@ -14,6 +14,7 @@ from stand_in import StandIn
 
 import knotfem as kf
 from knotfem.errors import InputError
+from knotfem.plot.stability import plot_stability
 from knotfem.study.column_meanings import TABLES
 from knotfem.study.engine.engine import Job
 from knotfem.study.engine.outcomes import Outcome
@@ -110,7 +111,10 @@ def test_two_models_are_told_apart_and_read_again(engines: list[StandIn], tmp_pa
     np.testing.assert_allclose(again.boundary["friction"], found.boundary["friction"])
     again.plot(tmp_path / "both.svg", {"same": found})
     drawn = (tmp_path / "both.svg").read_text()
-    for text in ("holds (fem)", "unravels, central strands slip (rod)", "same: rod, kept", "theory, central strands"):
+    for text in (
+        "holds (hexahedra)", "unravels, central strands slip (discrete rods)", "boundary, discrete rods",
+        "boundary, discrete rods of same", "theory, central strands", "T_0",
+    ):  # fmt: skip
         assert text in drawn
 
 
@@ -125,11 +129,57 @@ def test_two_models_are_told_apart_and_read_again(engines: list[StandIn], tmp_pa
         ({"grid": False}, "nothing to run"),
         ({"friction": (0.1, 0.2, 0.1)}, "friction: the same value twice"),
         ({"x": (9.1, 9.1)}, "x: the same value twice"),
+        ({"x": (9.1,), "load": ("1 N",)}, "load: one load said in two ways"),
+        ({"load": ("0 N",)}, "load: no loads"),
+        ({"load": ("2 mm",)}, "load"),
+        ({"load": ()}, "load: no loads"),
     ],
 )
 def test_wrong_arguments_are_refused(options: dict[str, Any], said: str) -> None:
     with pytest.raises(InputError, match=said):
         diagram(**options)
+
+
+def test_loads_may_be_forces(engines: list[StandIn]) -> None:
+    found = diagram(friction=(0.3,), load=("0.5 N", 1.0))
+    assert found.table["tension_N"].tolist() == pytest.approx([0.5, 1.0])
+    np.testing.assert_allclose(found.table["x"], [10.07 / 0.5, 10.07], rtol=1e-3)
+
+
+def test_a_cell_without_a_value_is_empty_whatever_other_points_have(engines: list[StandIn]) -> None:
+    def cells(x: tuple[float, ...]) -> dict[str, str]:
+        diagram(friction=(0.4,), x=x, lowered=len(x) > 1)
+        with Path("out/study.csv").open() as file:
+            return next(row for row in csv.DictReader(file) if row["point"] == "rod_x=9.1_friction=0.4")
+
+    first = cells((9.1,))
+    assert (first["onset_friction"], first["reason"]) == ("", "")
+    assert cells((9.1, 7.4)) == first
+    assert np.isnan(open_stability("out").table["onset_friction"][0])
+
+
+def test_a_loss_without_an_onset_is_its_own_bracket(engines: list[StandIn], monkeypatch: pytest.MonkeyPatch) -> None:
+    def without_onset(job: Job) -> Outcome:
+        outcome = judged(job)
+        summary = job.run.read_summary()
+        summary["verdict_evidence"]["onset"] = None
+        job.run.write_summary(summary)
+        return outcome
+
+    monkeypatch.setattr(module, "Engine", lambda *_, **__: StandIn(without_onset))
+    Path("out").mkdir()
+    found = diagram(grid=False, lowered=True, x=(25.0,))
+    assert found.boundary["low"].tolist() == found.boundary["high"].tolist()
+
+
+def test_one_load_has_one_tick(tmp_path: Path) -> None:
+    columns = {"model": ["rod"], "friction": [0.2], "x": [25.0], "verdict": ["holds"], "failure_mode": ["none"]}
+    points = {name: np.array(values) for name, values in columns.items()}
+    plot_stability(points, {}, tmp_path / "one.svg", force=10.0, theory=False)
+    drawn = (tmp_path / "one.svg").read_text()
+    assert ">25</text>" in drawn
+    assert ">0.4</text>" in drawn
+    assert ">24.5</text>" not in drawn
 
 
 def test_numbers_of_options() -> None:
@@ -145,7 +195,7 @@ def test_the_verb(engines: list[StandIn]) -> None:
     call = ["stability", "bowline", *(word for option in options.items() for word in option)]
     shown = CliRunner().invoke(knotfem_command, [*call, "--direction", "0,0,1", "-o", "out"])
     assert shown.exit_code == 0, shown.output
-    assert "rod, friction kept, x = 25 (T0 = 0.4029 N): holds from" in shown.output
+    assert "rod, friction kept, x = 25 (T0 = 0.4029 N): holds from between 0.2" in shown.output
     assert "alpha = " in shown.output
     assert (Path("out") / "stability.png").stat().st_size > 10_000
     scene = kf.load_scene("out/runs/rod_x=25_friction=0.4/scene.toml")

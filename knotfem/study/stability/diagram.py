@@ -88,10 +88,10 @@ class StabilityDiagram:
         counted = ", ".join(f"{verdicts.count(verdict)} {verdict}" for verdict in dict.fromkeys(verdicts) if verdict)
         lines = [f"{len(self.table)} points: {counted}"]
         for values in zip(*self.boundary.values(), strict=True):
-            model, protocol, x, tension, friction, low, high, monotone = values
+            model, protocol, x, tension, _, low, high, monotone = values
             lines.append(
-                f"{model}, friction {protocol}, x = {x:g} (T0 = {tension:.4g} N): holds from {friction:.4g} on "
-                f"(between {low:.4g} and {high:.4g})" + ("" if monotone else "; it also holds at some smaller friction")
+                f"{model}, friction {protocol}, x = {x:g} (T0 = {tension:.4g} N): holds from between {low:.4g} and "
+                f"{high:.4g} on" + ("" if monotone else "; it also holds at some smaller friction")
             )
         for label, fit in self.fits().items() if self.bowline else ():
             if "alpha" in fit:
@@ -113,12 +113,14 @@ class StabilityDiagram:
         """
         from knotfem.plot.stability import plot_stability
 
-        boundaries = self._boundaries()
+        boundaries = {_spoken(label): boundary for label, boundary in self._boundaries().items()}
         for name, other in (others or {}).items():
-            boundaries |= {f"{name}: {label}": boundary for label, boundary in other._boundaries().items()}
+            found = other._boundaries()
+            boundaries |= {f"{_spoken(label)} of {name}": boundary for label, boundary in found.items()}
         points = {name: self.table[name] for name in ("model", "friction", "x", "verdict", "failure_mode")}
         kept = self.table["protocol"] == KEPT
-        plot_stability({k: v[kept] for k, v in points.items()}, boundaries, out, theory=self.bowline)
+        force = float((self.table["x"] * self.table["tension_N"])[0])
+        plot_stability({k: v[kept] for k, v in points.items()}, boundaries, out, force=force, theory=self.bowline)
 
     def boundary_of(self, model: str, protocol: str = KEPT) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Friction, half the bracket, and x of a boundary, each of shape [loads]."""
@@ -159,7 +161,7 @@ def boundary_of(table: StudyTable) -> Arrays:
         bracket = bracket_of(known)
         if bracket is not None:
             rows.append((model, KEPT, x, bracket))
-    onset, lost = table["onset_friction"], table["lost_friction"]
+    onset, lost = (_numbers(table[name]) for name in ("onset_friction", "lost_friction"))
     for number, (model, protocol, x, _, verdict) in enumerate(_rows(table)):
         if protocol == LOWERED and verdict == "unravels":
             low, high = float(lost[number]), float(onset[number])
@@ -175,6 +177,19 @@ def boundary_of(table: StudyTable) -> Arrays:
         name: np.array(column, dtype=str if name in ("model", "protocol") else float)
         for name, column in zip(COLUMNS, columns, strict=True)
     }
+
+
+def _numbers(values: np.ndarray) -> np.ndarray:
+    """A column of numbers, NaN where no point has one."""
+    return values if values.dtype.kind == "f" else np.full(values.shape, np.nan)
+
+
+def _spoken(label: str) -> str:
+    """The boundary of a model and protocol, for the picture's legend."""
+    from knotfem.plot.stability import MODEL_WORDS
+
+    model, protocol = label.split(", ")
+    return f"boundary, {MODEL_WORDS[model]}" + (", friction lowered" if protocol == LOWERED else "")
 
 
 def _rows(table: StudyTable) -> Iterator[tuple[str, str, float, float, str]]:

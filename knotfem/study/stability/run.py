@@ -13,6 +13,7 @@ from typing import Any
 from knotfem.errors import InputError
 from knotfem.scene.load import Overrides, load_scene
 from knotfem.scene.model import Scene
+from knotfem.scene.quantity import FORCE, parse_quantity
 from knotfem.study.dead_load import FREE_LOAD, Directions, Lowering
 from knotfem.study.engine.places import Place, place_of
 from knotfem.study.progress import StudyProgress, showing
@@ -39,7 +40,8 @@ def stability(
     overrides: Overrides = (),
     *,
     friction: Sequence[float] = FRICTION,
-    x: Sequence[float] = STIFFNESS,
+    x: Sequence[float] | None = None,
+    load: Sequence[float | str] | None = None,
     models: Sequence[str] = (),
     grid: bool = True,
     boundary: float | None = None,
@@ -65,7 +67,8 @@ def stability(
         source: a shipped name, a TOML file, or a scene with a loaded and a free end.
         overrides: changes of its keys.
         friction: coefficients between rods.
-        x: B/(T0 r^2), by the bending stiffness of the softest rod.
+        x: B/(T0 r^2), by the bending stiffness of the softest rod; 5, 6, 7.4, 9.1, 13.9 and 25 by default.
+        load: T0 instead of x, [N] or such as "2 N".
         models: "fem", "rod" or both; by default that of the scene.
         grid: whether to run all combinations; without, `boundary` or `lowered` only.
         boundary: width of a bracket in friction to which the boundary is then found by bisection, for each x.
@@ -91,8 +94,8 @@ def stability(
         KnotfemError: the scheduler is gone, or runs crashed.
     """
     asked = asked_of(
-        source, overrides, friction=friction, x=x, models=models, grid=grid, boundary=boundary, lowered=lowered,
-        loaded=loaded, free=free, free_load=free_load, ramp=ramp, out=out,
+        source, overrides, friction=friction, x=x, load=load, models=models, grid=grid, boundary=boundary,
+        lowered=lowered, loaded=loaded, free=free, free_load=free_load, ramp=ramp, out=out,
     )  # fmt: skip
     place = place_of(jobs, scheduler, cluster)
     with showing(progress) as shown:
@@ -167,7 +170,8 @@ def asked_of(
     overrides: Overrides,
     *,
     friction: Sequence[float],
-    x: Sequence[float],
+    x: Sequence[float] | None,
+    load: Sequence[float | str] | None,
     models: Sequence[str],
     grid: bool,
     boundary: float | None,
@@ -185,6 +189,11 @@ def asked_of(
     """
     if not friction or min(friction) < 0.0:
         raise InputError("no friction coefficients", key="friction", found=str(list(friction)), expected="0 or above")
+    scene = load_scene(source, overrides)
+    if load is not None:
+        x = _stiffness(scene, x, load)
+    elif x is None:
+        x = STIFFNESS
     if not x or min(x) <= 0.0:
         raise InputError("no loads", key="x", found=str(list(x)), expected="numbers above 0")
     for key, values in (("friction", friction), ("x", x)):
@@ -199,7 +208,6 @@ def asked_of(
         raise InputError("no such model", key="model", found=", ".join(wrong), expected=", ".join(MODELS))
     if not (grid or boundary is not None or lowered):
         raise InputError("nothing to run", key="grid", expected="the grid, its boundary, or friction that is lowered")
-    scene = load_scene(source, overrides)
     lowering = lowered if isinstance(lowered, Lowering) else Lowering()
     chosen = tuple(models) or (scene.model,)
     of = Grid(
@@ -212,6 +220,21 @@ def asked_of(
     }  # fmt: skip
     folder = folder_at(Path(out) if out is not None else Path("stability") / scene.name)
     return StabilityStudy(of, grid, boundary, bool(lowered), _text(settings), folder)
+
+
+def _stiffness(scene: Scene, x: Sequence[float] | None, load: Sequence[float | str]) -> list[float]:
+    """B/(T0 r^2) of loads T0, in [N] or as text.
+
+    Raises:
+        InputError: values of both are given, or a load is none.
+    """
+    if x is not None:
+        found = f"x = {list(x)}, load = {list(load)}"
+        raise InputError("one load said in two ways", key="load", found=found, expected="x = B/(T0 r^2) or the load T0")
+    loads = [parse_quantity(one, FORCE, "load") if isinstance(one, str) else one for one in load]
+    if not loads or not 0.0 < min(loads) < math.inf:
+        raise InputError("no loads", key="load", found=str(list(load)), expected="forces above 0")
+    return [scene.force_scale / one for one in loads]
 
 
 def _text(settings: dict[str, Any]) -> str:

@@ -79,12 +79,12 @@ class StudyTable:
         return frame_of(self.columns)
 
     def write(self) -> None:
-        """Write study.csv and, where pyarrow is installed, study.parquet.
+        """Write study.csv, with empty cells where there is no value, and, where pyarrow is installed, study.parquet.
 
         Raises:
             InputError: the disk is full or the folder cannot be written.
         """
-        write_table(self.path / CSV, self.columns)
+        write_table(self.path / CSV, {name: _with_blanks(values) for name, values in self.columns.items()})
         _write_parquet(self.path / PARQUET, self.columns)
 
 
@@ -107,6 +107,13 @@ def _column(name: str, values: list[Any]) -> np.ndarray:
     if known and numbers and name not in ("point", "state"):
         return np.array([float("nan") if value is None else value for value in values], dtype=float)
     return np.array(["" if value is None else _text(value) for value in values], dtype=str)
+
+
+def _with_blanks(values: np.ndarray) -> np.ndarray:
+    """Numbers as they are, but for empty text instead of NaN."""
+    if values.dtype.kind != "f":
+        return values
+    return np.array(["" if np.isnan(value) else value for value in values.tolist()], dtype=object)
 
 
 def _text(value: Any) -> str:
