@@ -52,6 +52,7 @@ class Colour(click.Choice):
 @click.option("--focus", type=click.Choice(["all", "knot"]), default="all", show_default=True,
               help="What fills the picture; the knot is where strands are close to each other.")  # fmt: skip
 @click.option("--zoom", type=float, default=1.0, show_default=True, help="Larger by this factor, about its middle.")
+@click.option("--view", metavar="X,Y,Z", help="Direction from the knot to the eye; chosen by default.")
 @model_option
 @shared_options
 def render(
@@ -62,6 +63,7 @@ def render(
     colour: str,
     focus: Literal["all", "knot"],
     zoom: float,
+    view: str | None,
     model: str | None,
     overrides: tuple[str, ...],
     quiet: bool,
@@ -75,11 +77,15 @@ def render(
       knotfem render runs/bowline-1 --at "60 mm"
       knotfem render runs/bowline-1 --step relax
       knotfem render runs/bowline-1 --color contact-pressure --focus knot --zoom 1.5
+      knotfem render runs/bowline-1 --view 1,-2,0.5
     """
+    from knotfem.study.stability.grid import numbers
+
+    eye = None if view is None else numbers(view, "--view")
     drawn, millimetres = kf.open_run(run, with_model(overrides, model)), displacement(at)
     out = output or run / f"knot-{colour}.png"
     state = drawn.state(millimetres, step)
-    state.render(out, colour, focus=focus, zoom=zoom)
+    state.render(out, colour, focus=focus, zoom=zoom, view=eye)
     if log_format == "json":
         click.echo(json.dumps({"picture": str(out), "state": moment_json(state.moment)}))
     elif not quiet:

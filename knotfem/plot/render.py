@@ -13,15 +13,14 @@ from numpy.typing import ArrayLike
 
 from knotfem.errors import InputError
 from knotfem.files import write_atomically
+from knotfem.plot.colour_bar import BAR, add_colour_bar
 from knotfem.plot.opengl import prepare
-from knotfem.plot.scale_bar import STRIP, add_scale_bar, add_white, on_white
+from knotfem.plot.scale_bar import STRIP, add_scale_bar, on_white
 from knotfem.plot.surface import Surface, boundary, on_nodes, smooth_tube
 from knotfem.types import Array, Index
 
 PLAIN = ("#e08a2c", "#3f78b5", "#5aa469", "#b55d8c")
 _HEIGHT = 1400
-BAR = 0.16
-"""Width of the strip at the right edge that is left for a colour bar, over the height of the picture."""
 ROUNDING = 1e-6
 """Ends of the colour bar that are smaller, over its length, are zero: fields are stored in single precision."""
 GLOSS: dict[str, Any] = {"ambient": 0.22, "diffuse": 0.75, "specular": 0.25, "specular_power": 25}
@@ -174,7 +173,8 @@ def render_mesh(
         plotter.set_background("white")
         mapper = _add_scene(plotter, surfaces, look)
         if mapper is not None:
-            _colour_bar(plotter, mapper, look.label)
+            add_colour_bar(plotter, mapper)
+            _text(plotter, look.label, left=False)
         if title:
             _text(plotter, title, left=True)
         view.look(plotter)
@@ -269,25 +269,6 @@ def _cylinder(cylinder: Cylinder, cloud: Array) -> Any:
     return pv.Cylinder(center=centre, direction=axis, radius=cylinder.radius, height=length, resolution=96)
 
 
-def _colour_bar(plotter: Any, mapper: Any, label: str) -> None:
-    width, height = plotter.window_size
-    add_white(plotter, (width - BAR * height, 0.0), (width, height))
-    plotter.add_scalar_bar(
-        title=" ",
-        mapper=mapper,
-        vertical=True,
-        position_x=1 - 0.13 * height / width,
-        position_y=0.15,
-        width=0.05 * height / width,
-        height=0.7,
-        label_font_size=height // 42,
-        n_labels=5,
-        fmt="{:.3g}" if _formats_braces() else "%.3g",
-        color="black",
-    )
-    _text(plotter, label, left=False)
-
-
 def _text(plotter: Any, text: str, *, left: bool) -> None:
     """A line at the upper edge of the picture."""
     width, height = plotter.window_size
@@ -297,13 +278,6 @@ def _text(plotter: Any, text: str, *, left: bool) -> None:
     actor.prop.justification_horizontal = "left" if left else "right"
     actor.prop.justification_vertical = "top"
     on_white(actor)
-
-
-def _formats_braces() -> bool:
-    """VTK 9.6 and later format numbers by braces instead of printf."""
-    from vtkmodules.vtkCommonCore import vtkVersion
-
-    return (vtkVersion.GetVTKMajorVersion(), vtkVersion.GetVTKMinorVersion()) >= (9, 6)
 
 
 class _Frame:

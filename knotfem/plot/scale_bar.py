@@ -52,13 +52,13 @@ def on_white(text: Any) -> None:
     text.prop.background_opacity = 0.8
 
 
-def add_white(plotter: Any, low: tuple[float, float], high: tuple[float, float]) -> None:
-    """Leave a rectangle of the picture free of rods, between two corners [pixels]."""
+def add_white(plotter: Any, low: tuple[float, float], high: tuple[float, float], opacity: float) -> None:
+    """Let rods show faintly in a rectangle of the picture, between two corners [pixels]."""
     import pyvista as pv
 
     (left, bottom), (right, top) = low, high
     corners = [(left, bottom, 0.0), (right, bottom, 0.0), (right, top, 0.0), (left, top, 0.0)]
-    _add_flat(plotter, pv.PolyData(np.array(corners), [4, 0, 1, 2, 3]), 1.0)
+    _add_flat(plotter, pv.PolyData(np.array(corners), [4, 0, 1, 2, 3]), 1.0).SetOpacity(opacity)
 
 
 def _add_flat(plotter: Any, shape: Any, grey: float) -> Any:

@@ -3,27 +3,25 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from knotfem.errors import InputError
-from knotfem.geometry.clearance import close_strands
-from knotfem.geometry.vectors import from_axis
 from knotfem.models.centreline import slices_of
 from knotfem.models.solid.body import meshes_of
-from knotfem.plot.render import Camera, Cylinder, Look, render_mesh, show_mesh, zoomed
+from knotfem.plot.render import Cylinder, Look, render_mesh, show_mesh, zoomed
 from knotfem.results.fields import StateFields
+from knotfem.results.view import camera_for, knot_points
 from knotfem.run.colours import COLOURS, DIVERGING, OLDER
 from knotfem.scene.model import Scene
 
 _LOG = logging.getLogger("knotfem")
 ZOOMS = (0.1, 100.0)
 """Smallest and largest zoom of a picture."""
-NEAR = 1.3
-"""Distance in diameters below which a strand belongs to the knot."""
 
 
 def draw(
@@ -34,6 +32,7 @@ def draw(
     *,
     focus: Literal["all", "knot"] = "all",
     zoom: float = 1.0,
+    view: Sequence[float] | None = None,
 ) -> None:
     """Draw the rods in a stored state into a PNG file.
 
@@ -45,17 +44,19 @@ def draw(
         focus: what fills the picture: "all" rods, or the "knot", where strands are close to each other, with the
             obstacle where they are close to it there.
         zoom: how many times as large, about the middle of the picture.
+        view: direction from the knot to the eye, shape (3,); None for that of `knotfem.results.view.camera_for`.
 
     Raises:
-        InputError: no such colour, no such field in the state, no knot to focus on, or a zoom out of bounds.
+        InputError: no such colour, no such field in the state, no knot to focus on, a zoom out of bounds, or no view.
         MissingDependency: pyvista or an OpenGL library is absent.
     """
     if not ZOOMS[0] <= zoom <= ZOOMS[1]:
         raise InputError("no such zoom", key="zoom", found=f"{zoom:g}", expected=f"{ZOOMS[0]:g} to {ZOOMS[1]:g}")
     look = _look(fields, scene, colour)
-    camera = Camera(zoom=zoom)
+    lines = [fields.points[rings].mean(axis=1) for rings in look.rings]
+    camera = replace(camera_for(scene, lines, view), zoom=zoom)
     if focus == "knot":
-        camera = zoomed(camera, _knot(fields, scene, look), 0.5 * max(rod.diameter for rod in scene.rods))
+        camera = zoomed(camera, knot_points(scene, lines), 0.5 * max(rod.diameter for rod in scene.rods))
     render_mesh(fields.points, fields.cells, out, look, camera=camera)
 
 
@@ -88,36 +89,6 @@ def _look(fields: StateFields, scene: Scene, colour: str) -> Look:
         colours,
         _symmetric(scalars) if colours == DIVERGING else None,
     )
-
-
-def _knot(fields: StateFields, scene: Scene, look: Look) -> np.ndarray:
-    """Points of the centrelines where strands are close to each other, and of hitches to their obstacle [mm].
-
-    Returns:
-        Shape [points, 3].
-
-    Raises:
-        InputError: there are none.
-    """
-    lines = [fields.points[rings].mean(axis=1) for rings in look.rings]
-    knot = [close_strands(line, rod.diameter, NEAR) for rod, line in zip(scene.rods, lines, strict=True)]
-    for number, (rod, line) in enumerate(zip(scene.rods, lines, strict=True)):
-        for other in (*lines[:number], *lines[number + 1 :]):
-            knot[number] |= KDTree(other).query(line)[0] < NEAR * rod.diameter
-    knotted = any(near.any() for near in knot)
-    for obstacle in scene.obstacles:
-        touching = []
-        for rod, line in zip(scene.rods, lines, strict=True):
-            distance = np.linalg.norm(from_axis(line, obstacle.point, obstacle.axis), axis=1)
-            gap = distance - 0.5 * obstacle.diameter
-            touching.append(gap < NEAR * rod.diameter)
-        if not knotted or any((near & close).any() for near, close in zip(knot, touching, strict=True)):
-            knot = [near | close for near, close in zip(knot, touching, strict=True)]
-    points = np.concatenate([line[near] for line, near in zip(lines, knot, strict=True)])
-    if len(points) == 0:
-        expected = f"strands that come closer than {NEAR:g} diameters to each other or to an obstacle"
-        raise InputError("no knot to focus on", key="focus", expected=expected)
-    return points
 
 
 def _scalars(fields: StateFields, colour: str) -> tuple[np.ndarray | None, str, str | tuple[str, ...]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -39,12 +39,18 @@ class RunState(AtMoment):
         return self.fields.points
 
     def render(
-        self, out: str | Path, colour: str = "strain", *, focus: Literal["all", "knot"] = "all", zoom: float = 1.0
+        self,
+        out: str | Path,
+        colour: str = "strain",
+        *,
+        focus: Literal["all", "knot"] = "all",
+        zoom: float = 1.0,
+        view: Sequence[float] | None = None,
     ) -> None:
         """Draw the rods into a PNG file; see `knotfem.results.pictures.draw`."""
         from knotfem.results.pictures import draw
 
-        draw(self.fields, self.scene, Path(out), colour, focus=focus, zoom=zoom)
+        draw(self.fields, self.scene, Path(out), colour, focus=focus, zoom=zoom, view=view)
 
     def show(self, colour: str = "strain") -> object:
         """Show the rods in a window or a notebook; see `knotfem.results.pictures.show`."""

@@ -7,6 +7,7 @@ from knotfem.errors import InputError, MissingDependency
 from knotfem.mesh.rod import RodMesh, extrude
 from knotfem.mesh.section_file import read_section
 from knotfem.plot import opengl
+from knotfem.plot.colour_bar import round_ticks
 from knotfem.plot.render import Camera, Cylinder, Look, _limits, render_mesh, show_mesh, zoomed
 from knotfem.plot.scale_bar import add_scale_bar, round_length
 from knotfem.plot.surface import Surface
@@ -90,6 +91,28 @@ def test_zoom_enlarges_about_the_middle(rod, tmp_path):
     near = draw(rod, tmp_path / "b.png", Look(rings=[rod.ring_nodes]), **options)
     if far is not None and near is not None:
         assert (near.min(axis=2) < 200).sum() > 2 * (far.min(axis=2) < 200).sum()
+
+
+def test_rods_do_not_end_at_the_colour_bar(rod, tmp_path):
+    look = Look(rod.nodes[:, 2], [rod.ring_nodes], label="z (mm)")
+    camera = Camera(direction=(0, 1, 0), up=(1, 0, 0), zoom=3.0)
+    pixels = draw(rod, tmp_path / "a.png", look, size=(300, 200), camera=camera)
+    if pixels is not None:
+        assert (pixels[95:105, -3:] < 255).any()
+        assert (pixels[95:105, -3:] > 180).all()
+
+
+@pytest.mark.parametrize(
+    ("ends", "ticks"),
+    [
+        ((0.0, 14.97), [0.0, 5.0, 10.0]),
+        ((-0.0445, 0.529), [0.0, 0.2, 0.4]),
+        ((-0.00461, 0.00461), [-0.004, -0.002, 0.0, 0.002, 0.004]),
+        ((0.0, 1.0), [0.0, 0.2, 0.4, 0.6, 0.8, 1.0]),
+    ],
+)
+def test_ticks_of_the_colour_bar_are_round(ends, ticks):
+    assert round_ticks(*ends) == pytest.approx(ticks)
 
 
 def test_rounding_at_the_ends_of_the_colours_is_zero():

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from coarse import HITCH, KNOT
+from coarse import KNOT
 
 import knotfem as kf
 from knotfem.errors import InputError
@@ -15,6 +15,7 @@ from knotfem.models.build import build_model
 from knotfem.models.series import Fields
 from knotfem.results import pictures
 from knotfem.results.data import open_run
+from knotfem.results.view import knot_points
 from knotfem.run.directory import RunDirectory
 from knotfem.run.disk import DiskStore
 from knotfem.scene import load_scene
@@ -68,21 +69,14 @@ def test_the_knot_is_where_strands_are_close(tmp_path):
     run = pulled_knot()
     state = run.states[-1]
     look = pictures._look(state.fields, run.scene, "none")
-    knot, line = pictures._knot(state.fields, run.scene, look), state.points
+    line = state.points
+    knot = knot_points(run.scene, [line[rings].mean(axis=1) for rings in look.rings])
     assert np.ptp(knot, axis=0).max() < 0.5 * np.ptp(line, axis=0).max()
     with pytest.raises(InputError, match=r"zoom: no such zoom; found 0; expected 0\.1 to 100"):
         state.render(tmp_path / "a.png", zoom=0.0)
     with pytest.raises(InputError, match="focus: no knot to focus on; expected strands that come closer"):
         drawn_state(tmp_path / "straight").render(tmp_path / "a.png", "none", focus="knot")
     assert not list(tmp_path.glob("*.png"))
-
-
-def test_a_hitch_is_shown_with_its_turns_about_the_cylinder():
-    run = kf.tie("clove-hitch", {**HITCH, "output.fields": True, "tie.path": "direct"}, progress=False)
-    state = run.states[-1]
-    knot = pictures._knot(state.fields, run.scene, pictures._look(state.fields, run.scene, "none"))
-    turned = np.sort(np.arctan2(knot[:, 2], knot[:, 0]))
-    assert np.diff(turned, append=turned[0] + 2.0 * np.pi).max() < 0.5
 
 
 def test_what_cannot_be_drawn_is_refused(tmp_path):
