@@ -53,9 +53,13 @@ def check(
       knotfem check bowline --set 'rods.0.mesh.element_length=1 mm'
       knotfem check bowline --rope diameter="10 mm" friction=0.25 -o mine.toml
     """
+    from knotfem.errors import InputError
     from knotfem.files import write_atomically
     from knotfem.scene import scene_to_toml
 
+    if output is not None and output.suffix.lower() != ".toml":
+        found = output.suffix or "no suffix"
+        raise InputError("not the name of a scene's file", key="--output", file=output, found=found, expected=".toml")
     resolved = scene_for(scene, with_model(overrides, model, from_run, last), rope)
     found = kf.check(resolved)
     if resolved.rope is not None:

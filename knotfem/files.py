@@ -89,7 +89,8 @@ def read_text(path: Path, otherwise: str = "") -> str:
     except UnicodeDecodeError:
         text = data.decode(otherwise, errors="replace") if otherwise else "\0"
     if "\0" in text:
-        raise InputError("not a text file", file=path, expected="UTF-8 text")
+        expected = f"UTF-8 or {otherwise.capitalize()} text" if otherwise else "UTF-8 text"
+        raise InputError("not a text file", file=path, expected=expected)
     return text
 
 

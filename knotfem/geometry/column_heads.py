@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from knotfem.errors import InputError
@@ -35,6 +35,28 @@ class ColumnHead:
     name: str
     unit: LengthUnit | None = None
     unknown: str = ""
+
+
+def column_heads(texts: Sequence[str]) -> list[ColumnHead]:
+    """Heads of columns; where x, y and z are missing otherwise, a unit behind them may be one that is not known."""
+    found = [column_head(text) for text in texts]
+    if has_axes(found):
+        return found
+    others = [_with_unknown_unit(head) for head in found]
+    return others if has_axes(others) else found
+
+
+def has_axes(columns: Sequence[ColumnHead]) -> bool:
+    """Whether x, y and z are among columns."""
+    return set(AXES) <= {column.name for column in columns}
+
+
+def _with_unknown_unit(head: ColumnHead) -> ColumnHead:
+    """An axis with a suffix that is no unit of length, such as x_kg."""
+    suffix = _SUFFIX.fullmatch(head.name)
+    if suffix is None or suffix["name"] not in AXES:
+        return head
+    return replace(head, name=suffix["name"], unknown=suffix["unit"])
 
 
 def column_head(text: str) -> ColumnHead:

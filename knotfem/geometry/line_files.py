@@ -1,4 +1,4 @@
-"""Curves in files of lines: Wavefront OBJ, Geomview VECT."""
+"""Curves in files of lines: XYZ, Wavefront OBJ, Geomview VECT."""
 
 from __future__ import annotations
 
@@ -9,6 +9,35 @@ import numpy as np
 
 from knotfem.errors import InputError
 from knotfem.geometry.polyline import Polyline, polyline
+from knotfem.geometry.text_table import read_table
+
+
+def read_xyz(path: Path, text: str) -> list[Polyline]:
+    """Curves of an XYZ file of atoms: their number, a comment, and a symbol and three numbers for each; or of a table.
+
+    Args:
+        path: of the file, for messages.
+        text: its content.
+
+    Raises:
+        InputError: see `knotfem.geometry.text_table.read_table`; or fewer atoms than their number says.
+    """
+    lines = text.rstrip().splitlines()
+    if not lines or not lines[0].strip().isdecimal():
+        return read_table(path, text)
+    curves: list[Polyline] = []
+    at = 0
+    while at < len(lines):
+        try:
+            atoms = range(at + 2, at + 2 + int(lines[at]))
+            points = [[float(word) for word in lines[atom].split()[1:4]] for atom in atoms]
+            curves.append(polyline(np.array(points).reshape(-1, 3), np.array(atoms, dtype=np.int64) + 1))
+        except (ValueError, IndexError):
+            problem = f"what begins in line {at + 1} is cut short or broken"
+            expected = "the number of atoms, a comment, then a symbol and three numbers for each"
+            raise InputError(problem, file=path, found=lines[at], expected=expected) from None
+        at = atoms.stop
+    return curves
 
 
 def read_obj(path: Path, text: str) -> list[Polyline]:

@@ -12,7 +12,7 @@ from knotfem.errors import InputError
 from knotfem.files import read_text
 from knotfem.geometry.curve import Curve, interpolate
 from knotfem.geometry.length_units import LengthUnit
-from knotfem.geometry.line_files import read_obj, read_vect
+from knotfem.geometry.line_files import read_obj, read_vect, read_xyz
 from knotfem.geometry.nurbs_file import read_nurbs
 from knotfem.geometry.points import FEWEST_POINTS, as_points
 from knotfem.geometry.polyline import Polyline
@@ -21,7 +21,8 @@ from knotfem.geometry.text_table import read_table
 
 NURBS_SUFFIXES = (".json", ".toml")
 READERS: dict[str, Callable[[Path, str], list[Polyline]]] = {
-    **dict.fromkeys((".csv", ".tsv", ".txt", ".xyz", ".dat"), read_table),
+    **dict.fromkeys((".csv", ".tsv", ".txt", ".dat"), read_table),
+    ".xyz": read_xyz,
     ".obj": read_obj,
     ".vect": read_vect,
 }
@@ -128,7 +129,7 @@ def read_curve(path: str | Path, choice: Choice | None = None) -> CurveFile:
         raise InputError(problem, file=path, found=f"{gap:.4g}, chords of {found.median_chord:.4g}", expected=expected)
     warnings += check_order(found, path, smoothed=choice.smoothed)
     warnings += check_gaps(found, path)
-    warnings += [f'the column "{name}" is not used (the twist of a rod is rods.twist)' for name in found.unused]
+    warnings += [f'the column "{name}" is not used (the twist of a rod is rods.N.twist)' for name in found.unused]
     if found.unknown_unit and found.unit is None:
         warnings.append(f'the unit of the column "{found.unknown_unit}" is not known; the file counts as without one')
     points = as_points(found.points, fewest=FEWEST_POINTS, file=path)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from knotfem.errors import InputError
-from knotfem.geometry.column_heads import AXES, RADII, ColumnHead, column_head, shared_unit
+from knotfem.geometry.column_heads import AXES, RADII, ColumnHead, column_heads, has_axes, shared_unit
 from knotfem.geometry.polyline import Polyline, polyline
 
 
@@ -35,8 +35,8 @@ def read_table(path: Path, text: str) -> list[Polyline]:
     separator = _separator(first[1])
     cells = _cells(first[1], separator)
     if None in [_number(cell, separator) for cell in cells]:
-        columns = [column_head(cell) for cell in cells]
-        if not _has_axes(columns):
+        columns = column_heads(cells)
+        if not has_axes(columns):
             raise InputError(
                 f"line {first[0]} is not the header", file=path, found=first[1], expected="x,y,z among its columns"
             )
@@ -49,15 +49,11 @@ def read_table(path: Path, text: str) -> list[Polyline]:
     return _curves(path, data, columns, separator)
 
 
-def _has_axes(columns: Sequence[ColumnHead]) -> bool:
-    return set(AXES) <= {column.name for column in columns}
-
-
 def _commented(text: str, first: int, separator: str | None, count: int) -> list[ColumnHead]:
     """The header in a comment above the first point, as many programs write it; x, y, z where there is none."""
     for line in reversed(text.splitlines()[: first - 1]):
-        columns = [column_head(cell) for cell in _cells(line.strip().lstrip("#").strip(), separator)]
-        if len(columns) == count and _has_axes(columns):
+        columns = column_heads(_cells(line.strip().lstrip("#").strip(), separator))
+        if len(columns) == count and has_axes(columns):
             return columns
     return [ColumnHead(axis, axis) for axis in AXES]
 
@@ -111,7 +107,7 @@ def _curves(
                 found.append(([], []))
             continue
         cells = _cells(content, separator)
-        if [column_head(cell).name for cell in cells] == names:
+        if [column.name for column in column_heads(cells)] == names:
             continue  # the header again, above another curve
         numbers = [_number(cell, separator) for cell in cells]
         needed = [numbers[i] for i in (*places, *([] if radius is None else [radius])) if i < len(numbers)]

@@ -22,6 +22,9 @@ LARGEST_MOVE = 4.0 / 3.0
 LARGEST_TOLERANCE = 1e-3
 """Of `solver.force_tolerance`, in units of B/r^2; resultants may err ten times as much, a third of a loose knot's."""
 
+LEAST_TOLERANCE = 1e-15
+"""Likewise; the axial stiffness of a round rod is 4 B/r^2, and forces have rounding errors of 1e-16 of that."""
+
 MOST_STEPS = 10_000
 """Of a scene, which is read within seconds."""
 
@@ -242,6 +245,13 @@ class Scene(Table):
                 found=f"{self.solver.force_tolerance:g} N",
                 expected=f"at most {LARGEST_TOLERANCE * self.force_scale:.2g} N, a thousandth of B/r^2",
             )
+        if self.solver.force_tolerance < LEAST_TOLERANCE * self.force_scale:
+            raise refusal(
+                "as small as rounding errors",
+                at="solver.force_tolerance",
+                found=f"{self.solver.force_tolerance:g} N",
+                expected=f"at least {LEAST_TOLERANCE * self.force_scale:.2g} N, 1e-15 of B/r^2",
+            )
         return self
 
     @model_validator(mode="after")
@@ -253,8 +263,11 @@ class Scene(Table):
             pulls = isinstance(step, Pull)
             key, length = ("every_displacement", step.displacement) if pulls else ("every_time", step.duration)
             if length / every[key] > MOST_OUTPUTS:
-                expected = f"at least {length / MOST_OUTPUTS:.3g}, for {step.name}"
-                raise refusal("too many outputs", at=f"output.{key}", found=f"{every[key]:g}", expected=expected)
+                unit, what = ("mm", "displacement") if pulls else ("s", "duration")
+                expected = f"at least {length / MOST_OUTPUTS:.3g} {unit}, since {step.name} has a {what} of "
+                expected += f"{length:g} {unit}"
+                found = f"{every[key]:g} {unit}"
+                raise refusal("too many outputs", at=f"output.{key}", found=found, expected=expected)
         return self
 
     @model_validator(mode="after")

@@ -22,6 +22,9 @@ _PATTERN = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\D.*)?
 _FACTOR = r"(?:1|[A-Za-zµ°%_]+(?:\s?(?:\^|\*\*)\s?-?\d)?)"
 _UNIT = re.compile(rf"{_FACTOR}(?:(?:\s?[*/]\s?|\s){_FACTOR})*")
 
+_TYPESET = {"⁻": "^-", "^-¹": "^-1", "^-²": "^-2", "^-³": "^-3", "²": "^2", "³": "^3", "·": "*"}
+"""Signs in typeset units such as kg/m³, in this order."""
+
 
 @dataclass(frozen=True)
 class Quantity:
@@ -147,6 +150,8 @@ def _factor(unit: str, into: str) -> Decimal | str:
     import pint
 
     registry = _registry()
+    for raised, plain in _TYPESET.items():
+        unit = unit.replace(raised, plain)
     if not _UNIT.fullmatch(unit):
         return f'no unit is called "{unit}"'
     try:

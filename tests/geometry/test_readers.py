@@ -38,6 +38,8 @@ def points_of(found: CurveFile) -> list[list[float]]:
         ("tabs.txt", "x\ty\tz\n0\t0\t0\n1\t0\t0\n2\t0\t0.5\n3\t1\t0\n"),
         ("commas.txt", "x\ty\tz\n0\t0\t0\n1\t0\t0\n2\t0\t0,5\n3\t1\t0\n"),
         ("blanks.xyz", "0 0 0\n1  0 0\n2 0 0.5\n3 1 0\n\n"),
+        ("atoms.xyz", "4\na knot\nC 0 0 0\nC 1 0 0\nC\t2 0 0.5\nH 3 1 0\n\n"),
+        ("uncommented.xyz", "4\n\nC 0 0 0 0.1\nC 1 0 0 0.1\nC 2 0 0.5 0.1\nC 3 1 0 0.1\n"),
         ("plain.csv", "0,0,0\n1,0,0\n2,0,0.5\n3,1,0\n"),
         ("SPREADSHEET.CSV", "x;y;z\n0;0;0\n1;0;0\n2,0;0;0,5\n3;1;0\n"),
         ("sep.csv", "sep=;\nx;y;z\n0;0;0\n1;0;0\n2,0;0;0,5\n3;1;0\n"),
@@ -72,6 +74,9 @@ def test_reads_points(tmp_path: Path, name: str, text: str | bytes) -> None:
         ("a.obj", "v 0 0 0\nl 1 7\n", "line 2 is broken; found l 1 7"),
         ("a.obj", "v 0 0\n", "line 1 is broken; found v 0 0"),
         ("a.vect", "VEC\n", "not a VECT file"),
+        ("a.xyz", "4\n\nC 0 0 0\nC 1 0 0\n", "line 1 is cut short or broken; found 4; expected the number of atoms"),
+        ("a.xyz", "2\n\n0 0 0\n1 0 0\n", "line 1 is cut short or broken; found 2; expected the number of atoms"),
+        ("a.xyz", "1\n\nC 0 0 0\nend\n", "line 4 is cut short or broken; found end; expected the number of atoms"),
         ("a.vect", "VECT\n1 4 0\n4\n0\n0 0 0\n1 0 0\n", "cut short or broken"),
         ("a.vect", "VECT\n1 4 0\n5\n0\n", "the numbers of vertices differ; found 5 vertices in its curves, 4"),
     ],
@@ -86,6 +91,7 @@ TWO = {
     "two.csv": "x,y,z\n0,0,0\n1,0,0\n2,0,0\n3,0,0\n\n0,0,9\n1,0,9\n2,0,9\n3,0,9\n",
     "twice.csv": "x,y,z\n0,0,0\n1,0,0\n2,0,0\n3,0,0\n\nx,y,z\n0,0,9\n1,0,9\n2,0,9\n3,0,9\n",
     "two.obj": "".join(f"v {i} 0 {z}\n" for z in (0, 9) for i in range(4)) + "l 1 2 3 4\nl 5 6 7 8\n",
+    "two.xyz": "".join(f"4\n{z}\n" + "".join(f"C {i} 0 {z}\n" for i in range(4)) for z in (0, 9)),
     "two.vect": "VECT\n2 8 0\n4 4\n0 0\n" + "".join(f"{i} 0 {z}\n" for z in (0, 9) for i in range(4)),
 }
 
@@ -109,7 +115,7 @@ def test_refuses_files_that_are_none(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be read"):
         read_centreline(tmp_path / "folder.csv")
     (tmp_path / "binary.csv").write_bytes(b"\xff\xfe\x00\x81")
-    with pytest.raises(InputError, match="not a text file"):
+    with pytest.raises(InputError, match="not a text file; expected UTF-8 or Latin-1 text"):
         read_centreline(tmp_path / "binary.csv")
     with pytest.raises(
         InputError, match=r"unknown kind of centreline file; found \.stl; expected \.csv, .*\.json or \.toml"
@@ -177,6 +183,7 @@ def test_further_columns_are_named_and_left_out(tmp_path: Path) -> None:
     assert points_of(found) == STRAIGHT
     columns = [warning.partition('the column "')[2].partition('"')[0] for warning in found.warnings]
     assert columns == ["id", "angle"]
+    assert "rods.N.twist" in found.warnings[0]
 
 
 @pytest.mark.parametrize("choice", [Choice(curve=1), Choice(cut_at=2)])
@@ -185,6 +192,18 @@ def test_what_means_nothing_to_a_nurbs_curve_is_refused(tmp_path: Path, choice: 
     path.write_text(json.dumps({"points": CLAMPED, "order_u": 4, "use_endpoint_u": True}))
     with pytest.raises(InputError, match=r"(curve|cut_at): only for files of points; found \d; expected none"):
         read_curve(path, choice)
+
+
+@pytest.mark.parametrize("header", ["x [kg],y [kg],z [kg]", "x_kg,y_kg,z_kg", "# x/kg,y/kg,z/kg"])
+def test_a_unit_that_is_no_length_is_told_however_it_is_written(tmp_path: Path, header: str) -> None:
+    found = read(tmp_path / "heavy.csv", f"{header}\n0,0,0\n1,0,0\n2,0,0.5\n3,1,0\n")
+    assert (points_of(found), found.unit) == (STRAIGHT, None)
+    assert "is not known; the file counts as without one" in found.warnings[0]
+
+
+def test_columns_called_x_go_before_those_with_a_suffix(tmp_path: Path) -> None:
+    found = read(tmp_path / "both.csv", "x_old,x,y,z\n9,0,0,0\n9,1,0,0\n9,2,0,0.5\n9,3,1,0\n")
+    assert points_of(found) == STRAIGHT
 
 
 def test_radii_are_read(tmp_path: Path) -> None:

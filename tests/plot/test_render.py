@@ -98,7 +98,7 @@ def test_rods_do_not_end_at_the_colour_bar(rod, tmp_path):
     camera = Camera(direction=(0, 1, 0), up=(1, 0, 0), zoom=3.0)
     pixels = draw(rod, tmp_path / "a.png", look, size=(300, 200), camera=camera)
     if pixels is not None:
-        assert (pixels[95:105, -3:] < 255).any()
+        assert pixels[95:105, -3:].mean() < 240
         assert (pixels[95:105, -3:] > 180).all()
 
 

@@ -431,6 +431,14 @@ def test_steps_of_hexahedra_are_not_too_long() -> None:
         ("rods.0.mesh.element_length=0.00001 mm", r"rods\.0\.mesh\.element_length: too many slices"),
         ("output.every_displacement=1e-15 mm", r"output\.every_displacement: too many outputs"),
         (
+            "steps.pull.displacement=60 km",
+            r"found 3 mm; expected at least 60 mm, since pull has a displacement of 6e\+07 mm",
+        ),
+        (
+            "solver.force_tolerance=1e-300 N",
+            r"solver\.force_tolerance: as small as rounding errors; found 1e-300 N; expected at least 1e-14 N",
+        ),
+        (
             'contact.pairs=[{between=["rod","rod"],friction=0.1},{between=["rod","rod"],friction=0.5}]',
             r"contact\.pairs\.1\.between: used twice",
         ),

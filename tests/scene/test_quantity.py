@@ -21,6 +21,8 @@ VALUES = [
     (q.PositivePressure, "75.5 GPa", 75500.0),
     (q.PositivePressure, "3 N/mm^2", 3.0),
     (q.PositiveDensity, "1160 kg/m^3", 1.16e-9),
+    (q.PositiveDensity, "1160 kg/m³", 1.16e-9),
+    (q.PositiveDensity, "1160 kg·m⁻³", 1.16e-9),
     (q.PositiveDensity, "1.16 g/cm**3", 1.16e-9),
     (q.Acceleration, "9.81 m/s^2", 9810.0),
     (q.Rate, "20 1/s", 20.0),

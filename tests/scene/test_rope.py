@@ -117,6 +117,10 @@ def test_option_takes_all_that_follows(tmp_path):
     file = tmp_path / "mine.toml"
     result = call("check", "bowline", "--rope", "diameter=10 mm", "friction=0.25", "--model", "rod", "-o", str(file))
     assert result.exit_code == 0
+    bare = call("check", "bowline", "-o", str(file.with_suffix("")))
+    assert bare.exit_code == 3
+    assert "--output: not the name of a scene's file; found no suffix; expected .toml" in bare.stderr
+    assert not file.with_suffix("").exists()
     assert "lengths and speeds x 1.667" in " ".join(result.stdout.split())
     scene = load_scene(file)
     assert (scene.diameter, scene.contact.friction, scene.model) == (10.0, 0.25, "rod")
