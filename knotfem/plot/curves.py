@@ -27,6 +27,10 @@ FORCE_LABELS = {"N": r"force $F$ (N)", "B/r^2": r"force $F r^2 / B$"}
 """Of the vertical axis, by the unit of the force."""
 LATE = 0.5
 """Curves that begin beyond this fraction of the largest displacement are drawn without what lies before."""
+DISPLACEMENT_LABELS = {"mm": r"displacement $\delta$ (mm)", "radii": r"displacement $\delta / r$"}
+"""Of the horizontal axis, by the unit of the displacement."""
+TENSION_LABELS = {"N": r"tension $T$ (N)", "T/F": r"tension $T / F$"}
+ARCLENGTH_LABELS = {"arclength_mm": r"arclength $s$ (mm)", "s_over_L": r"arclength $s / L$"}
 
 
 def draw_force(
@@ -67,12 +71,8 @@ def draw_force(
                 displacement, force - width, force + width, color=colour, alpha=0.25, lw=0,
                 label=f"within {width:.2g} N",
             )  # fmt: skip
-    in_mm = axis == "mm"
-    axes.set(xlabel=r"displacement $\delta$ (mm)" if in_mm else r"displacement $\delta / r$", ylabel=FORCE_LABELS["N"])
-    late = np.isfinite(start) and start > LATE * furthest
-    axes.set_xlim(left=start if late else min(start, 0.0))
-    if lowest >= 0.0:
-        axes.set_ylim(bottom=0.0)
+    axes.set(xlabel=DISPLACEMENT_LABELS["mm" if axis == "mm" else "radii"], ylabel=FORCE_LABELS["N"])
+    from_zero(axes, start, furthest, lowest)
     if axis == "both" and curves:
         radius = next(iter(radii.values()))
         functions = (lambda x: np.multiply(x, radius), lambda x: np.divide(x, radius))
@@ -102,13 +102,25 @@ def draw_profiles(
             axes.plot([], [], color=colour, label=literal(label))
     for rod, line in lines.items() if len(lines) > 1 else ():
         axes.plot([], [], color="0.3", ls=line, label=literal(rod))
-    if along == "s_over_L":
-        axes.set(xlabel=r"arclength $s / L$", xlim=(0, 1))
-    else:
-        axes.set_xlabel(r"arclength $s$ (mm)")
-        axes.set_xlim(left=0.0)
+    axes.set_xlabel(ARCLENGTH_LABELS[along])
+    axes.set_xlim(0.0, 1.0 if along == "s_over_L" else None)
     legend(axes)
     return drawn
+
+
+def from_zero(axes: Axes, start: float, furthest: float, lowest: float) -> None:
+    """Let axes begin at 0, or where the curves do if that is below or late.
+
+    Args:
+        axes: with curves on them.
+        start: smallest displacement, infinite without one.
+        furthest: largest displacement.
+        lowest: smallest force.
+    """
+    late = np.isfinite(start) and start > LATE * furthest
+    axes.set_xlim(left=start if late else min(start, 0.0))
+    if lowest >= 0.0:
+        axes.set_ylim(bottom=0.0)
 
 
 def column(table: Table, name: str) -> Array:

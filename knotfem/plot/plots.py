@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from knotfem.plot.curves import COLOURS, Table, column, draw_force, draw_profiles, legend, styles
+from knotfem.plot.curves import COLOURS, TENSION_LABELS, Table, column, draw_force, draw_profiles, legend, styles
 from knotfem.plot.fonts import literal
 from knotfem.plot.paper import COLUMN, Sheet, paper_axes, written
 from knotfem.types import Array
@@ -80,7 +80,7 @@ def plot_comparison(
                 legend(panels[0])
         if profiles:
             draw_profiles(panels[-1], profiles, named=not forces)
-            panels[-1].set_ylabel(r"tension $T / F$" if over_force else r"tension $T$ (N)")
+            panels[-1].set_ylabel(TENSION_LABELS["T/F" if over_force else "N"])
             places = ", ".join(dict.fromkeys(f"{place:.4g}" for place in at or ()))
             heading = rf"$\delta = {places}$ mm" if places else f"end of {step}" if step else ""
             panels[-1].set_title(heading, fontsize=9)

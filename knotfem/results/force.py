@@ -82,19 +82,25 @@ class ForceCurve:
         return f"<force curve of {self.label!r}, {self.displacement.size} states, {reach}>"
 
     def plot(self, axes: Axes | None = None, **line: object) -> Axes:
-        """Force [N] against displacement [mm], with a band of the error where it was measured."""
+        """Force [N] against displacement [mm], with a band of the error where it was measured.
+
+        A figure of its own has the style of `kf.plot`, whose axes begin at 0.
+        """
         from knotfem.plot.axes import axes_for
+        from knotfem.plot.curves import DISPLACEMENT_LABELS, FORCE_LABELS, from_zero
         from knotfem.plot.fonts import literal
 
-        drawn = axes_for(axes)
-        (curve,) = drawn.plot(self.displacement, self.force, **{"label": literal(self.label), **line})  # pyright: ignore[reportArgumentType]
-        if self.band is not None:
-            low, high = self.force - self.band, self.force + self.band
-            drawn.fill_between(self.displacement, low, high, color=curve.get_color(), alpha=0.25, lw=0)
-        for first, last in self.unbalanced:
-            drawn.axvspan(first, last, color="0.9", zorder=0)
-        drawn.set_xlabel("displacement [mm]")
-        drawn.set_ylabel("force [N]")
+        with axes_for(axes) as drawn:
+            (curve,) = drawn.plot(self.displacement, self.force, **{"label": literal(self.label), **line})  # pyright: ignore[reportArgumentType]
+            if self.band is not None:
+                low, high = self.force - self.band, self.force + self.band
+                drawn.fill_between(self.displacement, low, high, color=curve.get_color(), alpha=0.25, lw=0)
+            for first, last in self.unbalanced:
+                drawn.axvspan(first, last, color="0.9", zorder=0)
+            drawn.set(xlabel=DISPLACEMENT_LABELS["mm"], ylabel=FORCE_LABELS["N"])
+            if axes is None:
+                start, furthest = self.displacement.min(initial=np.inf), self.displacement.max(initial=0.0)
+                from_zero(drawn, start, furthest, self.force.min(initial=0.0))
         return drawn
 
     def to_pandas(self) -> object:

@@ -10,7 +10,16 @@ from typing import TYPE_CHECKING, Literal, get_args
 import numpy as np
 
 from knotfem.errors import InputError
-from knotfem.plot.curves import FORCE_LABELS, DisplacementAxis, Lines, draw_force, draw_profiles, legend, out_of_view
+from knotfem.plot.curves import (
+    FORCE_LABELS,
+    TENSION_LABELS,
+    DisplacementAxis,
+    Lines,
+    draw_force,
+    draw_profiles,
+    legend,
+    out_of_view,
+)
 from knotfem.plot.fonts import literal
 from knotfem.plot.paper import COLUMN, Sheet, check_format, drawing, panels_of, write
 from knotfem.results.base import displacement_of, labels_of
@@ -174,7 +183,7 @@ def _draw_tensions(
             rod: {along: part.table[along], "tension": part.tension / scale} for rod, part in parts.items()
         }
     lines = draw_profiles(axes, tables, named=named, along=along)
-    axes.set_ylabel(r"tension $T / F$" if over_force else r"tension $T$ (N)")
+    axes.set_ylabel(TENSION_LABELS["T/F" if over_force else "N"])
     return lines
 
 

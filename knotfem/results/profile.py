@@ -68,15 +68,16 @@ class TensionProfile(AtMoment):
     def plot(self, axes: Axes | None = None, **line: object) -> Axes:
         """Tension [N] against arclength [mm], a line for each rod; a figure of its own says which state it shows."""
         from knotfem.plot.axes import axes_for
+        from knotfem.plot.curves import ARCLENGTH_LABELS, TENSION_LABELS
 
-        drawn = axes_for(axes)
-        for rod in self.rods:
-            part = self.of(rod)
-            drawn.plot(part.arclength, part.tension, **{"label": rod, **line})  # pyright: ignore[reportArgumentType]
-        drawn.set_xlabel("arclength [mm]")
-        drawn.set_ylabel("tension [N]")
-        if axes is None:
-            drawn.set_title(moment_heading(self.moment))
+        with axes_for(axes) as drawn:
+            for rod in self.rods:
+                part = self.of(rod)
+                drawn.plot(part.arclength, part.tension, **{"label": rod, **line})  # pyright: ignore[reportArgumentType]
+            drawn.set(xlabel=ARCLENGTH_LABELS["arclength_mm"], ylabel=TENSION_LABELS["N"])
+            if axes is None:
+                drawn.set_xlim(left=0.0)
+                drawn.set_title(moment_heading(self.moment))
         return drawn
 
 

@@ -223,10 +223,10 @@ class Cost:
         """CPU seconds of the terms, the dearest first."""
         from knotfem.plot.axes import axes_for
 
-        drawn = axes_for(axes)
-        names = sorted(self.effects, key=lambda name: self.effects[name])
-        drawn.barh(names, [self.effects[name] for name in names])
-        drawn.set_xlabel("CPU time [s]")
+        with axes_for(axes) as drawn:
+            names = sorted(self.effects, key=lambda name: self.effects[name])
+            drawn.barh(names, [self.effects[name] for name in names])
+            drawn.set_xlabel("CPU time [s]")
         return drawn
 
 
@@ -256,11 +256,11 @@ class EnergyCurve:
         """All parts against time."""
         from knotfem.plot.axes import axes_for
 
-        drawn = axes_for(axes)
-        for name in self.names:
-            if np.abs(self[name]).max(initial=0.0) > 0.0:
-                drawn.plot(self.table["time_s"], self[name], label=name)
-        drawn.set_xlabel("time [s]")
-        drawn.set_ylabel("energy [N mm]")
-        drawn.legend()
+        with axes_for(axes) as drawn:
+            for name in self.names:
+                if np.abs(self[name]).max(initial=0.0) > 0.0:
+                    drawn.plot(self.table["time_s"], self[name], label=name)
+            drawn.set_xlabel("time [s]")
+            drawn.set_ylabel("energy [N mm]")
+            drawn.legend()
         return drawn

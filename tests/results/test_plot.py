@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from coarse import KNOT
+from matplotlib import pyplot
 from PIL import Image
 from stored_runs import pulled
 
@@ -55,6 +56,21 @@ def test_runs_of_different_radii_share_the_axis_in_radii(tmp_path):
     assert not panel.child_axes
     with pytest.raises(kf.InputError, match="axis: rods of different radii"):
         kf.plot(thin, thick, axis="both")
+
+
+def test_figures_of_a_run_are_like_those_of_several(tmp_path):
+    run = pulled(tmp_path / "a")
+    several = kf.plot(run, quantity="both", axis="mm").figure.axes
+    figures = run.force.plot(), run.tension().plot()
+    for own, other in zip(figures, several, strict=True):
+        assert own.get_xlabel() == other.get_xlabel()
+        assert (own.lines[0].get_color(), own.lines[0].get_linewidth()) == (other.lines[0].get_color(), 1.4)
+        assert own.get_xlim()[0] == 0.0
+        assert own.figure.get_size_inches() * 25.4 == pytest.approx([91.44, 71.12])
+        assert own.xaxis.label.get_fontsize() == other.xaxis.label.get_fontsize() == 10.0
+    assert figures[0].get_ylim()[0] == 0.0
+    assert len(run.force.plot(figures[0], color="k").lines) == 2
+    pyplot.close("all")
 
 
 def test_a_run_without_data_between_the_limits_is_not_in_the_legend(tmp_path):
