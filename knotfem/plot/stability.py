@@ -96,8 +96,9 @@ def _add_load(axes: Axes, force: float, only: float | None) -> None:
     right = axes.secondary_yaxis("right")
     right.set_ylabel(r"$T_0$ (N)")
     right.yaxis.set_major_formatter(lambda x, _: f"{force / x:.3g}" if x > 0.0 else "")
-    for side in (axes, right) if only is not None else ():
-        side.set_yticks([only])
+    if only is not None:
+        axes.set_yticks([only])
+        right.set_yticks([only])
     axes.tick_params(right=False)
 
 

@@ -8,6 +8,7 @@ import pytest
 from click.testing import CliRunner
 from coarse import KNOT
 from matplotlib import pyplot
+from matplotlib.figure import Figure
 from PIL import Image
 from stored_runs import pulled
 
@@ -66,6 +67,7 @@ def test_figures_of_a_run_are_like_those_of_several(tmp_path):
         assert own.get_xlabel() == other.get_xlabel()
         assert (own.lines[0].get_color(), own.lines[0].get_linewidth()) == (other.lines[0].get_color(), 1.4)
         assert own.get_xlim()[0] == 0.0
+        assert isinstance(own.figure, Figure)
         assert own.figure.get_size_inches() * 25.4 == pytest.approx([91.44, 71.12])
         assert own.xaxis.label.get_fontsize() == other.xaxis.label.get_fontsize() == 10.0
     assert figures[0].get_ylim()[0] == 0.0
