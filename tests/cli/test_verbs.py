@@ -303,9 +303,9 @@ def test_render(stand_in: Callable[..., None], tmp_path: Path) -> None:
     assert call("render", path).stdout == f"{path}/knot-strain.png\n"
     assert call("render", path, "-o", "a.png", "--colour", "tension", "--at", "3 mm").stdout == "a.png\n"
     assert drawn == [(path / "knot-strain.png", "strain", 2.0), (Path("a.png"), "tension", 1.0)]
-    assert framing == [{"focus": "all", "zoom": 1.0}] * 2
+    assert framing == [{"focus": "all", "zoom": 1.0, "view": None}] * 2
     call("render", path, "-o", "a.png", "--color", "tension", "--focus", "knot", "--zoom", "2")
-    assert (drawn[-1][1], framing[-1]) == ("tension", {"focus": "knot", "zoom": 2.0})
+    assert (drawn[-1][1], framing[-1]) == ("tension", {"focus": "knot", "zoom": 2.0, "view": None})
     assert call("render", path, "--colour", "red").exit_code == 2
     beyond = call("render", path, "--at", "99 mm")
     assert (beyond.exit_code, "no state is stored near this displacement" in beyond.stderr) == (3, True)
