@@ -26,7 +26,7 @@ TABLES = {
 """Columns by table; force.csv has one more, NAME_Nmm, for each further term."""
 ROWS = {
     "tie": "an increment of the mapping",
-    "force": "an accepted step after tying",
+    "force": "an accepted step after tying (the mapping and the relaxing steps at the head in which no end is loaded)",
     "tension": "a cross-section of a rod in a stored state",
     "contacts": "a contact sample that carries force in a stored state",
     "twist": "a node of a discrete rod in a stored state",
