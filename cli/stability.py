@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import click
@@ -112,7 +113,7 @@ def stability(
         show_estimate(found, quiet, log_format)
         return
     ask_if_long(3600.0 * longest_hours(found), yes)
-    others = {folder.name: open_stability(folder) for folder in overlay}
+    others = {name: open_stability(folder) for name, folder in named(overlay).items()}
     with showing(study_progress(quiet=quiet, log_format=log_format)) as progress:
         diagram = asked.run(place, progress)
     if others:
@@ -125,3 +126,9 @@ def stability(
     if not quiet:
         click.echo(diagram.text(), err=True)
     click.echo(diagram.path)
+
+
+def named(folders: Sequence[Path]) -> dict[str, Path]:
+    """Folders by their names, where two have the same name by their paths."""
+    names = [folder.name for folder in folders]
+    return {str(folder) if names.count(folder.name) > 1 else folder.name: folder for folder in folders}
