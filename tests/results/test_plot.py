@@ -108,7 +108,9 @@ def test_tension_is_in_newtons_where_the_force_does_not_pull(tmp_path):
     (axes,) = kf.plot(run, quantity="tension", at=30.0).figure.axes
     assert axes.get_ylabel() == r"tension $T$ (N)"
     np.testing.assert_allclose(lines(axes)[0][1], run.tension(at=30.0).tension)
-    assert not common_state([run.force], 30.0, None).over_force
+    state = common_state([run.force], 30.0, None)
+    assert state is not None
+    assert not state.over_force
 
 
 def test_curves_that_begin_late_are_drawn_from_there(tmp_path):
