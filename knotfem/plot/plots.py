@@ -9,7 +9,17 @@ from typing import Any
 
 import numpy as np
 
-from knotfem.plot.curves import COLOURS, TENSION_LABELS, Table, column, draw_force, draw_profiles, legend, styles
+from knotfem.plot.curves import (
+    ARCLENGTH_LABELS,
+    COLOURS,
+    TENSION_LABELS,
+    Table,
+    column,
+    draw_force,
+    draw_profiles,
+    legend,
+    styles,
+)
 from knotfem.plot.fonts import literal
 from knotfem.plot.paper import COLUMN, Sheet, paper_axes, written
 from knotfem.types import Array
@@ -132,8 +142,8 @@ def plot_tension(
                 lower.plot(s, bulk, color=COLOURS[2], lw=0.9, label="bulk")
                 lower.set_ylabel("parts (N)" if applied is None else r"parts, over $F$")
                 legend(lower)
-        axes.set(ylabel=r"tension $T$ (N)" if applied is None else r"tension $T / F$", xlim=(0, 1))
-        (axes, *below)[-1].set_xlabel(r"arclength $s / L$")
+        axes.set(ylabel=TENSION_LABELS["N" if applied is None else "T/F"], xlim=(0, 1))
+        (axes, *below)[-1].set_xlabel(ARCLENGTH_LABELS["s_over_L"])
         legend(axes)
 
 
