@@ -34,4 +34,4 @@ def test_a_material_angle_in_the_file_of_a_curve_is_said_to_be_unused(tmp_path):
     path = tmp_path / "twisted.csv"
     path.write_text("x,y,z,angle\n" + "".join(f"0,0,{z},{0.1 * z}\n" for z in range(0, 200, 20)))
     said = kf.check("cantilever", {**STRAIGHT, "model": "rod", "rods.0.centerline": str(path)})["warnings"]
-    assert any('the column "angle" is not used (the twist of a rod is rods.twist)' in line for line in said)
+    assert any('the column "angle" is not used (the twist of a rod is rods.N.twist)' in line for line in said)

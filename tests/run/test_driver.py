@@ -213,7 +213,7 @@ def test_paths_of_the_mapping_end_in_the_same_equilibrium(tmp_path):
 @pytest.mark.parametrize("model", MODELS)
 def test_hopeless_tolerance_is_a_failure_with_its_state_saved(tmp_path, model):
     scene = coarse(
-        f"model={model}", "solver.force_tolerance=1e-30 N", "solver.max_iterations=3", "solver.max_cutbacks=0"
+        f"model={model}", "solver.force_tolerance=1e-13 N", "solver.max_iterations=3", "solver.max_cutbacks=0"
     )
     run = RunDirectory.create(scene, tmp_path / "run")
     with pytest.raises(NotConverged):
@@ -369,7 +369,7 @@ def test_session_that_takes_another_linear_solver_says_so(tmp_path):
 
 
 def test_time_of_a_step_that_was_not_accepted_counts(tmp_path):
-    scene = coarse("model=rod", "solver.force_tolerance=1e-30 N", "solver.max_iterations=30", "solver.max_cutbacks=0")
+    scene = coarse("model=rod", "solver.force_tolerance=1e-13 N", "solver.max_iterations=30", "solver.max_cutbacks=0")
     run = RunDirectory.create(scene, tmp_path / "run")
     with pytest.raises(NotConverged):
         tie(run)

@@ -147,7 +147,10 @@ def test_knots_of_older_checkpoints_are_read():
 
 
 def test_a_slippery_sheet_bend_ends_the_run(tmp_path):
-    quick = ("steps.1.displacement=3 mm", "rods.0.mesh.element_length=4 mm", "rods.1.mesh.element_length=4 mm")
+    quick = (
+        "steps.1.displacement=3 mm", "rods.0.mesh.element_length=4 mm", "rods.1.mesh.element_length=4 mm",
+        "quasi_static.settling_slip_over_diameter=0.1",
+    )  # fmt: skip
     scene = load_scene("sheet-bend", ["model=rod", "contact.friction=0.1", *quick, *COARSE])
     run = RunDirectory.create(scene, tmp_path / "run")
     with pytest.raises(KnotLost, match="hitch and bight have come apart"):

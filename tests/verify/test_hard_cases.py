@@ -40,7 +40,16 @@ ROWS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("case", hard_cases(small=True), ids=lambda case: case.name)
+LONG = {"stiff", "core"}
+"""Small versions that still take more than 20 s."""
+
+
+def small_cases() -> list:
+    marks = {name: [pytest.mark.slow] for name in LONG}
+    return [pytest.param(case, id=case.name, marks=marks.get(case.name, [])) for case in hard_cases(small=True)]
+
+
+@pytest.mark.parametrize("case", small_cases())
 def test_small_version(case: Case) -> None:
     result = check(case)
     for q in result.quantities:
