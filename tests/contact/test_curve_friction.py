@@ -54,7 +54,7 @@ def test_sliding_force_is_mu_n_against_the_motion(direction):
 
 
 @pytest.mark.parametrize("direction", [(1.0, 0.0), (0.0, 1.0), (0.6, -0.8)])
-def test_sliding_by_more_than_a_radius_in_one_step_keeps_friction(direction):
+def test_friction_acts_where_a_strand_slides_by_more_than_a_radius_in_one_step(direction):
     """Contacts are found anew on the way; what friction remembers goes along, but for samples that were far apart."""
     mu, way = 0.3, np.array([*direction, 0.0])
     model, to, fro = crossing(0.3, friction=mu), 1.5 * RADIUS * way, -1.5 * RADIUS * way

@@ -195,13 +195,13 @@ def test_what_means_nothing_to_a_nurbs_curve_is_refused(tmp_path: Path, choice: 
 
 
 @pytest.mark.parametrize("header", ["x [kg],y [kg],z [kg]", "x_kg,y_kg,z_kg", "# x/kg,y/kg,z/kg"])
-def test_a_unit_that_is_no_length_is_told_however_it_is_written(tmp_path: Path, header: str) -> None:
+def test_an_unknown_unit_of_length_is_reported_in_every_notation(tmp_path: Path, header: str) -> None:
     found = read(tmp_path / "heavy.csv", f"{header}\n0,0,0\n1,0,0\n2,0,0.5\n3,1,0\n")
     assert (points_of(found), found.unit) == (STRAIGHT, None)
     assert "is not known; the file counts as without one" in found.warnings[0]
 
 
-def test_columns_called_x_go_before_those_with_a_suffix(tmp_path: Path) -> None:
+def test_columns_named_x_have_precedence_over_names_with_a_suffix(tmp_path: Path) -> None:
     found = read(tmp_path / "both.csv", "x_old,x,y,z\n9,0,0,0\n9,1,0,0\n9,2,0,0.5\n9,3,1,0\n")
     assert points_of(found) == STRAIGHT
 

@@ -59,7 +59,7 @@ def test_runs_of_different_radii_share_the_axis_in_radii(tmp_path):
         kf.plot(thin, thick, axis="both")
 
 
-def test_figures_of_a_run_are_like_those_of_several(tmp_path):
+def test_figures_of_one_run_and_of_several_have_the_same_style(tmp_path):
     run = pulled(tmp_path / "a")
     several = kf.plot(run, quantity="both", axis="mm").figure.axes
     figures = run.force.plot(), run.tension().plot()
@@ -75,7 +75,7 @@ def test_figures_of_a_run_are_like_those_of_several(tmp_path):
     pyplot.close("all")
 
 
-def test_a_run_without_data_between_the_limits_is_not_in_the_legend(tmp_path):
+def test_runs_without_data_in_the_plotted_range_are_omitted_from_the_legend(tmp_path):
     short, long = pulled(tmp_path / "short", to=30.0), pulled(tmp_path / "long")
     drawn = kf.plot(short, long, xlim=(15.0, None))
     assert drawn.out_of_view == ["short"]
