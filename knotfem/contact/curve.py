@@ -126,6 +126,6 @@ def make_samples(layout: RodLayout, spacing: float) -> Samples:
         nodes[s] = layout.first[rod[s]] + local + np.arange(3)
         between[s] = between_middles(u[s], local)
     radius = np.asarray(layout.radius, dtype=float)[rod]
-    place, rates = weights[:, 0].copy(), weights[:, 1:].copy()
+    place, rates = weights[:, 0].copy(), weights[:, 1].copy()
     view = SampleView(rod, u[:, None].copy(), nodes, place, rates, between, np.concatenate(lengths), radius)
     return Samples(view, np.array(starts, dtype=np.int64))

@@ -82,7 +82,7 @@ def _assemble(
         arm_gradient(base, between, samples.weights[s], frames, arm, room.own, room.slips[0])
         material.material_arm(anchor[1], anchor[2], room.other, arm)
         arm_gradient(ahead, lies, room.w[0], frames, arm, room.other, room.slips[1])
-        pair_tangent(room, samples.rates[s, 0], friction.stored[k], (size, h), law)
+        pair_tangent(room, samples.rates[s], friction.stored[k], (size, h), law)
         add_arms(frames, (base, between, ahead, lies), (size, h, part), room, T)
         if not add_blocks(matrix, rows, columns, room.block):
             return False

@@ -60,7 +60,7 @@ def _sample_slip(
     material.material_point(x, base, samples.weights[s], own[1], own[2], room.point, room.slip.z)
     for i in range(3):
         room.slip.z[i] -= friction.anchor[s, i]
-    contact_basis(x, base, samples.rates[s, 0], n, room.slip)
+    contact_basis(x, base, samples.rates[s], n, room.slip)
     trial_slip(n, friction.stored[s], room.slip)
 
 
@@ -137,7 +137,7 @@ def _sample_tangent(
             dgap = weight * n[part]
             for i in range(3):
                 dn[i] = weight * turn[i, part]
-            dalong[part] = samples.rates[s, 0, node]
+            dalong[part] = samples.rates[s, node]
         slip_rate(n, stored, room.slip, (dz, dn, dalong), de)
         traction_rate(room.slip, stick, de, limit_slope * dgap, rates[:, c])
     spread_rates_on_arm(G, 1.0, rates, block)

@@ -154,7 +154,7 @@ def _pair_weights(
             slope[i] = 0.0
             back[i] = -room.q[i]
             for a in range(3):
-                slope[i] += samples.rates[s, 0, a] * x[samples.nodes[s, a], i]
+                slope[i] += samples.rates[s, a] * x[samples.nodes[s, a], i]
         secondary: int = samples.rod[s]
         begin: int = curves.first[secondary]
         nodes = curves.first[secondary + 1] - begin

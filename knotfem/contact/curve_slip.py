@@ -92,7 +92,7 @@ def pair_slip(
     material.material_point(x, ahead, room.w[0], anchor[1], anchor[2], room.other, room.points[1])
     for i in range(3):
         room.slip.z[i] = room.points[0, i] - room.points[1, i]
-    contact_basis(x, base, samples.rates[s, 0], room.pair.n, room.slip)
+    contact_basis(x, base, samples.rates[s], room.pair.n, room.slip)
     trial_slip(room.pair.n, friction.stored[k], room.slip)
     return size, h, ahead
 

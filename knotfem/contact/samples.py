@@ -22,7 +22,7 @@ class SampleView(NamedTuple):
         at: parameters on the surface, the first in segments along the rod, shape [samples, parameters].
         nodes: shape [samples, n].
         weights: of the nodes in the place, shape [samples, n].
-        rates: of the nodes in the first and second derivative along the rod, shape [samples, 2, n]; empty for surfaces.
+        rates: of the nodes in the first derivative along the rod, shape [samples, n]; empty for surfaces.
         between: where between the middles of its two segments a sample of a centreline lies, 0 to 1, shape [samples].
         measure: that each stands for [mm^2 or mm], shape [samples].
         offset: distance of the surface from the sample [mm]; the radius for centrelines, shape [samples].

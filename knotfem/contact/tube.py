@@ -251,5 +251,5 @@ def make_samples(tubes: Tubes, spacing: float) -> Samples:
     nodes, weights = np.empty((rod.size, 12), dtype=np.int64), np.empty((rod.size, 12))
     _stencils(view, rod, at, nodes, weights)
     none = np.zeros(rod.size)
-    sampled = SampleView(rod, at, nodes, weights, np.zeros((0, 2, 12)), none, np.concatenate(areas), none)
+    sampled = SampleView(rod, at, nodes, weights, np.zeros((0, 12)), none, np.concatenate(areas), none)
     return Samples(sampled, np.array(starts, dtype=np.int64))
