@@ -13,7 +13,7 @@ import sys
 import numpy as np
 from rod_common import table
 
-from knotfem.verify.benchmarks.wraps import KNOTS, LENGTH, pull, zero_of
+from knotfem.verify.benchmarks.wraps import KNOTS, LENGTH, beside, pull
 
 
 def main(wraps: list[int]) -> None:
@@ -21,10 +21,8 @@ def main(wraps: list[int]) -> None:
     for number in wraps:
         knot = KNOTS[number]
         run, drawn = pull(number)
-        distance, force = drawn + 2.0 * run.force.displacement, 1e3 * run.force.force
         if knot.at:
-            zero = zero_of(knot, distance, force)
-            found = np.interp(zero + np.array(knot.at), distance, force)
+            zero, found = beside(knot, run, drawn)
             title = f"{number} wraps, zero at an end distance of {zero:.0f} mm"
             rows = [
                 [f"{at:g}", f"{theirs:g}", f"{ours:.3f}", f"{ours / theirs - 1:+.1%}"]

@@ -126,14 +126,24 @@ def pull(wraps: int, **changes: Any) -> tuple[Run, float]:
         return pull_scene("overhand", scene, progress=False), drawn
 
 
-def zero_of(knot: Wraps, distance: np.ndarray, force: np.ndarray) -> float:
-    """End distance at which the other program counts 0, such that its forces are met best [mm].
+def beside(knot: Wraps, run: Run, drawn: float) -> tuple[float, np.ndarray]:
+    """Forces where the other program has them.
 
     Args:
         knot: with forces of the other program.
-        distance: between the ends [mm], shape [n].
-        force: on them [mN], shape [n].
+        run: the knot pulled.
+        drawn: end distance from which it was [mm].
+
+    Returns:
+        The end distance at which the other program counts 0, such that its forces are met best [mm], and the forces at
+        its displacements [mN].
     """
+    distance, force = drawn + 2.0 * run.force.displacement, 1e3 * run.force.force
+    zero = _zero_of(knot, distance, force)
+    return zero, np.interp(zero + np.array(knot.at), distance, force)
+
+
+def _zero_of(knot: Wraps, distance: np.ndarray, force: np.ndarray) -> float:
     zeros = np.arange(distance[0], distance[-1] - knot.at[-1], 1.0)
     misfit = [np.sum(np.log(np.interp(zero + np.array(knot.at), distance, force) / knot.force) ** 2) for zero in zeros]
     return float(zeros[int(np.argmin(misfit))])
@@ -146,12 +156,10 @@ def compared(wraps: int) -> Sequence[Quantity]:
         wraps: 1 or 2.
     """
     knot = KNOTS[wraps]
-    run, drawn = pull(wraps)
-    distance, force = drawn + 2.0 * run.force.displacement, 1e3 * run.force.force
-    zero = zero_of(knot, distance, force)
+    _, found = beside(knot, *pull(wraps))
     return [
-        Quantity("F [mN]", float(np.interp(zero + at, distance, force)), theirs, 0.06, condition=f"{at:g} mm")
-        for at, theirs in zip(knot.at, knot.force, strict=True)
+        Quantity("F [mN]", ours, theirs, 0.06, condition=f"{at:g} mm")
+        for at, theirs, ours in zip(knot.at, knot.force, found.tolist(), strict=True)
         if at >= CLOSE_FROM
     ]
 
