@@ -292,3 +292,25 @@ def show_estimate(found: Mapping[str, Any], quiet: bool, log_format: str) -> Non
         click.echo(facts({spoken(key): value for key, value in found.items() if key != "job_script"}, width=width_of()))
         if script is not None:
             click.echo(f"\n{script}", nl=False)
+
+
+def numbers(text: str, key: str) -> tuple[float, ...]:
+    """Numbers of a list such as "0.1, 0.15", or of a range such as "0:0.4:9" (first, last, how many).
+
+    Raises:
+        InputError: it is neither.
+    """
+    expected = 'numbers such as "0.1, 0.15", or first, last and how many, such as "0:0.4:9"'
+    try:
+        if ":" in text:
+            first, last, count = text.split(":")
+            n = int(count)
+            step = (float(last) - float(first)) / (n - 1) if n > 1 else 0.0
+            found = [round(float(first) + i * step, 12) for i in range(n)]
+        else:
+            found = [float(part) for part in text.replace(",", " ").split()]
+    except (ValueError, ZeroDivisionError):
+        raise InputError("not a list of numbers", key=key, found=text, expected=expected) from None
+    if not found:
+        raise InputError("no number", key=key, found=text, expected=expected)
+    return tuple(found)

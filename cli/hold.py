@@ -12,6 +12,7 @@ from knotfem_cli.common import (
     ask_before,
     force_option,
     model_option,
+    numbers,
     output_option,
     progress_of,
     rope_option,
@@ -67,7 +68,6 @@ def hold(
     """
     from knotfem.study.dead_load import free_directions
     from knotfem.study.holding import holding_scene
-    from knotfem.study.stability.grid import numbers
 
     source, progress = scene_for(scene, with_model(overrides, model), rope), progress_of(quiet, log_format)
     if rope:

@@ -16,6 +16,7 @@ from knotfem_cli.common import (
     displacement,
     model_option,
     moment_json,
+    numbers,
     output_option,
     run_argument,
     say_state,
@@ -79,8 +80,6 @@ def render(
       knotfem render runs/bowline-1 --color contact-pressure --focus knot --zoom 1.5
       knotfem render runs/bowline-1 --view 1,-2,0.5
     """
-    from knotfem.study.stability.grid import numbers
-
     eye = None if view is None else numbers(view, "--view")
     drawn, millimetres = kf.open_run(run, with_model(overrides, model)), displacement(at)
     out = output or run / f"knot-{colour}.png"

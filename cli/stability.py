@@ -12,6 +12,7 @@ from knotfem_cli.common import (
     ask_if_long,
     engine_options,
     json_text,
+    numbers,
     output_option,
     rope_option,
     scene_for,
@@ -86,7 +87,7 @@ def stability(
     from knotfem.study.engine.places import place_of
     from knotfem.study.progress import showing, study_progress
     from knotfem.study.stability.diagram import PICTURE, open_stability
-    from knotfem.study.stability.grid import FRICTION, numbers
+    from knotfem.study.stability.grid import FRICTION
     from knotfem.study.stability.run import asked_of
     from knotfem.study.sweep.plan import longest_hours
 

@@ -19,9 +19,9 @@ from knotfem.study.column_meanings import TABLES
 from knotfem.study.engine.engine import Job
 from knotfem.study.engine.outcomes import Outcome
 from knotfem.study.stability.diagram import open_stability
-from knotfem.study.stability.grid import numbers
 from knotfem.study.sweep import points as module
 from knotfem.theory import PAPER, critical_friction
+from knotfem_cli.common import numbers
 from knotfem_cli.main import knotfem_command
 
 LOADS = (7.4, 9.1, 13.9, 25.0)
